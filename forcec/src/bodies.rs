@@ -1,0 +1,293 @@
+//! Bodies and parameters: what a kernel is given, as tables.
+//!
+//! A body type is a row: what is stored, in which order, and how each stored field moves with the tangent.
+//! `Signature` is the one home of a kernel's layout; every target prints it, the graphs name its entries by `Slot`.
+
+/// How a stored field of a body moves along the body's tangent coordinates.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Role {
+    /// x ← x + δx
+    Position,
+    /// q ← exp(δθ/2) q; stored x, y, z, w
+    Orientation,
+    /// v ← v + δv
+    Velocity,
+    /// ω ← ω + δω
+    AngularVelocity,
+}
+
+/// One stored field of a body type.
+#[derive(Debug)]
+pub struct Field {
+    /// Its name in the source and in the generated struct.
+    pub name: &'static str,
+    /// How it moves.
+    pub role: Role,
+    /// How many reals it holds.
+    pub length: u32,
+}
+
+/// A body type: one row of [`BODIES`].
+#[derive(Debug)]
+pub struct BodyRow {
+    /// Its name in the source.
+    pub name: &'static str,
+    /// Its name in C, before the suffix of the precision.
+    pub c_name: &'static str,
+    /// What it stores, in memory order.
+    pub fields: &'static [Field],
+    /// The names of its tangent coordinates, in order; every three form one block.
+    pub coordinates: &'static [&'static str],
+    /// What it is, for the generated documentation.
+    pub summary: &'static str,
+}
+
+/// Every body type.
+pub static BODIES: [BodyRow; 2] = [
+    BodyRow {
+        name: "Rigid",
+        c_name: "forcec_rigid",
+        fields: &[
+            Field { name: "position", role: Role::Position, length: 3 },
+            Field { name: "orientation", role: Role::Orientation, length: 4 },
+            Field { name: "velocity", role: Role::Velocity, length: 3 },
+            Field { name: "angular_velocity", role: Role::AngularVelocity, length: 3 },
+        ],
+        coordinates: &["x", "y", "z", "rx", "ry", "rz"],
+        summary: "a rigid body: centre of mass, unit quaternion x, y, z, w, and velocities in the world frame",
+    },
+    BodyRow {
+        name: "Particle",
+        c_name: "forcec_particle",
+        fields: &[
+            Field { name: "position", role: Role::Position, length: 3 },
+            Field { name: "velocity", role: Role::Velocity, length: 3 },
+        ],
+        coordinates: &["x", "y", "z"],
+        summary: "a point mass: position and velocity in the world frame",
+    },
+];
+
+/// A body type, by its row.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct BodyKind(u8);
+
+impl BodyKind {
+    /// `Rigid`
+    pub const RIGID: BodyKind = BodyKind(0);
+    /// `Particle`
+    pub const PARTICLE: BodyKind = BodyKind(1);
+
+    /// The body type of that name.
+    pub fn named(name: &str) -> Option<BodyKind> {
+        BODIES.iter().position(|row| row.name == name).map(|i| BodyKind(i as u8))
+    }
+
+    /// Its row.
+    pub fn row(self) -> &'static BodyRow {
+        &BODIES[self.0 as usize]
+    }
+
+    /// Degrees of freedom.
+    pub fn freedoms(self) -> usize {
+        self.row().coordinates.len()
+    }
+
+    /// The index of the field with that role.
+    pub fn field(self, role: Role) -> Option<u8> {
+        self.row().fields.iter().position(|f| f.role == role).map(|i| i as u8)
+    }
+}
+
+/// The type of a parameter.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum ParameterType {
+    /// One real.
+    Real,
+    /// n reals.
+    Vector(u32),
+    /// n × n reals, row by row.
+    Matrix(u32),
+    /// x, y, z, w.
+    Quaternion,
+    /// Several of one type.
+    Array(u32, Box<ParameterType>),
+}
+
+impl ParameterType {
+    /// The extents of the array it is in C, outermost first; empty for a real.
+    pub fn extents(&self) -> Vec<u32> {
+        match self {
+            ParameterType::Real => vec![],
+            ParameterType::Vector(n) => vec![*n],
+            ParameterType::Matrix(n) => vec![*n, *n],
+            ParameterType::Quaternion => vec![4],
+            ParameterType::Array(n, element) => {
+                let mut extents = vec![*n];
+                extents.extend(element.extents());
+                extents
+            }
+        }
+    }
+
+    /// How many reals it holds.
+    pub fn length(&self) -> u64 {
+        self.extents().iter().map(|&n| u64::from(n)).product()
+    }
+}
+
+/// What the user states about a parameter's values in `#[domain(…)]`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Domain {
+    /// Nothing.
+    Any,
+    /// Every entry lies in a closed range.
+    Range(f64, f64),
+    /// A vector or quaternion of length one.
+    Unit,
+}
+
+/// One body argument.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Its name in the source.
+    pub name: String,
+    /// Its type.
+    pub kind: BodyKind,
+}
+
+/// One parameter.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// Its name in the source.
+    pub name: String,
+    /// Its type.
+    pub ty: ParameterType,
+    /// Its stated range.
+    pub domain: Domain,
+}
+
+/// A kernel's arguments: bodies first, then parameters, in source order; `stiffness` and `damping` last.
+#[derive(Clone, Debug, Default)]
+pub struct Signature {
+    /// The bodies.
+    pub bodies: Vec<Body>,
+    /// The parameters.
+    pub parameters: Vec<Parameter>,
+}
+
+/// One real entry of an argument: an argument, a field of it, and a flat offset in memory order.
+/// Arguments count bodies first, then parameters; a parameter has the one field 0.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Slot {
+    /// Index of the argument.
+    pub argument: u16,
+    /// Index of the field.
+    pub field: u8,
+    /// Offset within the field.
+    pub offset: u32,
+}
+
+/// One tangent block of three coordinates of a body.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Block {
+    /// Index of the body.
+    pub body: u16,
+    /// What moves: the translation or rotation of the pose, or of the velocity.
+    pub role: Role,
+}
+
+impl Signature {
+    /// Total number of degrees of freedom.
+    pub fn freedoms(&self) -> usize {
+        self.bodies.iter().map(|b| b.kind.freedoms()).sum()
+    }
+
+    /// The role of a slot's field; `None` for a parameter.
+    pub fn role(&self, slot: Slot) -> Option<Role> {
+        let body = self.bodies.get(slot.argument as usize)?;
+        Some(body.kind.row().fields[slot.field as usize].role)
+    }
+
+    /// The first slot of a body's field; `None` if the body type stores no such field.
+    pub fn body_slot(&self, body: u16, role: Role) -> Option<Slot> {
+        let field = self.bodies[body as usize].kind.field(role)?;
+        Some(Slot { argument: body, field, offset: 0 })
+    }
+
+    /// The slot of a parameter's entry.
+    pub fn parameter_slot(&self, parameter: usize, offset: u32) -> Slot {
+        Slot { argument: (self.bodies.len() + parameter) as u16, field: 0, offset }
+    }
+
+    /// The parameter a slot belongs to, if it is one.
+    pub fn parameter(&self, slot: Slot) -> Option<&Parameter> {
+        self.parameters.get((slot.argument as usize).checked_sub(self.bodies.len())?)
+    }
+
+    /// The blocks of the pose, in the order of the generalised forces.
+    pub fn pose_blocks(&self) -> Vec<Block> {
+        self.blocks([Role::Position, Role::Orientation])
+    }
+
+    /// The blocks of the velocity, in the same order.
+    pub fn velocity_blocks(&self) -> Vec<Block> {
+        self.blocks([Role::Velocity, Role::AngularVelocity])
+    }
+
+    fn blocks(&self, roles: [Role; 2]) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        for (body, argument) in self.bodies.iter().enumerate() {
+            for role in roles {
+                if argument.kind.field(role).is_some() {
+                    blocks.push(Block { body: body as u16, role });
+                }
+            }
+        }
+        blocks
+    }
+
+    /// The names of the N coordinates, `a.x` … `b.rz`.
+    pub fn coordinate_names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        for body in &self.bodies {
+            names.extend(body.kind.row().coordinates.iter().map(|c| format!("{}.{c}", body.name)));
+        }
+        names
+    }
+
+    /// What a person calls a slot: `a.position.x`, `arm_a.y`, `coefficients[2]`.
+    pub fn slot_name(&self, slot: Slot) -> String {
+        const AXES: [&str; 4] = ["x", "y", "z", "w"];
+        if let Some(body) = self.bodies.get(slot.argument as usize) {
+            let field = &body.kind.row().fields[slot.field as usize];
+            return format!("{}.{}.{}", body.name, field.name, AXES[slot.offset as usize]);
+        }
+        let parameter = self.parameter(slot).expect("a slot names an argument");
+        let mut name = parameter.name.clone();
+        match parameter.ty {
+            ParameterType::Real => {}
+            ParameterType::Vector(_) | ParameterType::Quaternion => {
+                name = format!("{name}.{}", AXES[slot.offset as usize]);
+            }
+            _ => {
+                for index in indices(&parameter.ty.extents(), slot.offset) {
+                    name = format!("{name}[{index}]");
+                }
+            }
+        }
+        name
+    }
+}
+
+/// The indices, outermost first, of a flat offset into an array of these extents.
+pub fn indices(extents: &[u32], offset: u32) -> Vec<u32> {
+    let mut rest = offset;
+    let mut indices = Vec::new();
+    for &extent in extents.iter().rev() {
+        indices.push(rest % extent);
+        rest /= extent;
+    }
+    indices.reverse();
+    indices
+}

@@ -1,0 +1,66 @@
+//! What the front end hands on: one checked force function as values of a vector graph.
+
+use crate::span::Span;
+use crate::vector::{Graph, Real, Vector};
+
+/// A checked force function.
+#[derive(Clone)]
+pub struct Definition {
+    /// Its name in the source.
+    pub name: String,
+    /// Its doc comment, a line each, without the leading space.
+    pub docs: Vec<String>,
+    /// Where its name stands.
+    pub span: Span,
+    /// The graph its values live in; `graph.signature` holds bodies and parameters. For a constraint the last two
+    /// parameters are `stiffness` and `damping`: a real each, or with `per_row` an array of one real a row.
+    pub graph: Graph,
+    /// What the function states.
+    pub law: Law,
+}
+
+/// What a force function states.
+#[derive(Clone, Debug)]
+pub enum Law {
+    /// Rows of C, in order; a vector counts for three.
+    Constraint {
+        /// The rows.
+        rows: Vec<Row>,
+        /// Rows are gaps and push only while they are negative.
+        unilateral: bool,
+        /// `stiffness` and `damping` have an entry a row.
+        per_row: bool,
+    },
+    /// The energy E.
+    Energy(Real),
+    /// The force on each body, in order.
+    Force(Vec<Generalised>),
+}
+
+/// One or three rows of a constraint.
+#[derive(Clone, Copy, Debug)]
+pub enum Row {
+    /// One row.
+    Real(Real),
+    /// Three rows, kept as a vector.
+    Vector(Vector),
+}
+
+impl Row {
+    /// How many rows.
+    pub fn count(self) -> usize {
+        match self {
+            Row::Real(_) => 1,
+            Row::Vector(_) => 3,
+        }
+    }
+}
+
+/// A generalised force on one body, world frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Generalised {
+    /// The force.
+    pub force: Vector,
+    /// The torque about the centre of mass; `None` for a particle.
+    pub torque: Option<Vector>,
+}

@@ -1,0 +1,14 @@
+//! forcec, an offline force compiler.
+//!
+//! A constraint, an energy or a force between bodies, written as one small function in a subset of Rust, becomes C and
+//! Rust kernels for the force and its exact derivatives ∂F/∂X and ∂F/∂V.
+
+pub mod bodies;
+pub mod definition;
+pub mod diagnostic;
+pub mod exact;
+pub mod identities;
+pub mod ops;
+pub mod span;
+pub mod special;
+pub mod vector;
