@@ -9,6 +9,7 @@ pub mod diagnostic;
 pub mod exact;
 pub mod identities;
 pub mod ops;
+pub mod scalar;
 pub mod span;
 pub mod special;
 pub mod vector;
