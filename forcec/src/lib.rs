@@ -5,10 +5,12 @@
 
 pub mod bodies;
 pub mod definition;
+pub mod derive;
 pub mod diagnostic;
 pub mod exact;
 pub mod identities;
 pub mod ops;
+pub mod optimize;
 pub mod scalar;
 pub mod span;
 pub mod special;
