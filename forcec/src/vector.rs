@@ -404,10 +404,26 @@ impl Graph {
         {
             return value;
         }
+        if self.holds_point(rest) {
+            self.names.entry(rest.0).or_insert_with(|| name.to_owned());
+            return value;
+        }
         let held = self.real(Node::Let(rest));
         self.held.insert(rest.0, held.0);
         self.names.entry(held.0).or_insert_with(|| name.to_owned());
         self.scaled(coefficient, held)
+    }
+
+    /// Whether a sum has an entry of a point as a term. Such a sum is named but stays open, so that the difference of
+    /// two of them becomes a difference of the points.
+    fn holds_point(&self, sum: Real) -> bool {
+        match self.at(sum) {
+            Node::Sum(_, terms) => terms.iter().any(|(_, term)| match *self.at(*term) {
+                Node::Component(v, _) => self.point(v).is_some(),
+                _ => false,
+            }),
+            _ => false,
+        }
     }
 
     /// Differences between entries of one axis of two points are pinned, as whole vectors are.
@@ -786,6 +802,13 @@ impl Graph {
             && !matches!(self.vector_at(rest), Node::VectorSum(terms) if terms.len() > 1);
         if !self.simplify || plain {
             return value;
+        }
+        if let Node::VectorSum(terms) = self.vector_at(rest) {
+            if terms.iter().any(|(_, v)| self.point(*v).is_some()) {
+                // A point in the world: open for the same reason as in `holds_point`.
+                self.names.entry(rest.0).or_insert_with(|| name.to_owned());
+                return value;
+            }
         }
         let held = self.vector(Node::VectorLet(rest));
         self.held.insert(rest.0, held.0);

@@ -116,6 +116,16 @@ impl Lowering {
         }
         for index in missing {
             let lowered = self.lower_node(index);
+            if let Some(name) = self.lie.graph.name(index as usize) {
+                match lowered {
+                    Lowered::Real(id) => self.scalar.set_name(id, name),
+                    Lowered::Vector(entries) => {
+                        for (id, axis) in entries.into_iter().zip(["x", "y", "z"]) {
+                            self.scalar.set_name(id, &format!("{name}_{axis}"));
+                        }
+                    }
+                }
+            }
             self.lowered.insert(index, lowered);
             self.journal.push(index);
         }
@@ -157,20 +167,12 @@ impl Lowering {
                 let (u, v) = (self.entries(u), self.entries(v));
                 Lowered::Vector([0, 1, 2].map(|k| self.scalar.select(condition, u[k], v[k])))
             }
-            Node::VectorLet(v) => {
-                let entries = self.entries(v);
-                if let Some(name) = self.lie.graph.name(index as usize) {
-                    for (id, axis) in entries.into_iter().zip(["x", "y", "z"]) {
-                        self.scalar.set_name(id, &format!("{name}_{axis}"));
-                    }
-                }
-                Lowered::Vector(entries)
-            }
-            _ => Lowered::Real(self.lower_real(index, &node)),
+            Node::VectorLet(v) => Lowered::Vector(self.entries(v)),
+            _ => Lowered::Real(self.lower_real(&node)),
         }
     }
 
-    fn lower_real(&mut self, index: u32, node: &Node) -> Id {
+    fn lower_real(&mut self, node: &Node) -> Id {
         match node {
             Node::Constant(value) => self.scalar.constant(value.clone()),
             Node::Entry(slot) => self.scalar.input(*slot),
@@ -205,13 +207,7 @@ impl Lowering {
                 let (condition, x, y) = (self.id(condition.0), self.id(x.0), self.id(y.0));
                 self.scalar.select(condition, x, y)
             }
-            Node::Let(x) => {
-                let id = self.id(x.0);
-                if let Some(name) = self.lie.graph.name(index as usize) {
-                    self.scalar.set_name(id, name);
-                }
-                id
-            }
+            Node::Let(x) => self.id(x.0),
             Node::Known(value) => self.scalar.known(*value),
             Node::Compare(comparison, x, y) => {
                 let (x, y) = (self.id(x.0), self.id(y.0));
