@@ -249,7 +249,7 @@ impl Graph {
         for (coefficient, term) in terms {
             match self.at(term) {
                 Node::Constant(value) => constant = &constant + &(&coefficient * value),
-                Node::Sum(inner, terms) => {
+                Node::Sum(inner, terms) if terms.len() <= LONGEST_SUM => {
                     constant = &constant + &(&coefficient * inner);
                     flat.extend(terms.iter().map(|(c, t)| (&coefficient * c, *t)));
                 }
@@ -549,7 +549,9 @@ impl Graph {
         let mut flat: Vec<(Exact, Vector)> = Vec::new();
         for (coefficient, term) in terms {
             match self.vector_at(term) {
-                Node::VectorSum(inner) => flat.extend(inner.iter().map(|(c, v)| (&coefficient * c, *v))),
+                Node::VectorSum(inner) if inner.len() <= LONGEST_SUM => {
+                    flat.extend(inner.iter().map(|(c, v)| (&coefficient * c, *v)))
+                }
                 _ => flat.push((coefficient, term)),
             }
         }
@@ -895,6 +897,9 @@ impl Graph {
         self.truth(Node::Not(a))
     }
 }
+
+/// A sum of more terms is a term itself where it is added to: accumulating n terms stays linear.
+const LONGEST_SUM: usize = 32;
 
 /// Beyond this many bits a power of a number is left to the kernel.
 const CONSTANT_BITS: usize = 4096;

@@ -10,9 +10,6 @@ use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
-/// A sum of more terms offers only neighbouring pairs as divisors.
-const WIDE: usize = 24;
-
 /// a + ratio · b
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Divisor {
@@ -115,8 +112,7 @@ impl Extraction<'_> {
         let mut divisors = Vec::new();
         let mut pairs = Vec::new();
         for (i, (mi, ci)) in terms.iter().enumerate() {
-            let reach = if terms.len() > WIDE { (i + 3).min(terms.len()) } else { terms.len() };
-            for (mj, cj) in &terms[i + 1..reach] {
+            for (mj, cj) in &terms[i + 1..] {
                 let (divisor, pair) = self.divisor((*mi, ci), (*mj, cj));
                 let entry = self.divisors.entry(divisor);
                 let number = entry.index() as u32;
