@@ -6,10 +6,15 @@
 pub mod bodies;
 pub mod definition;
 pub mod diagnostic;
+pub mod eval;
 pub mod exact;
 pub mod identities;
+pub mod kernel;
+pub mod number;
 pub mod ops;
 pub mod scalar;
+pub mod schedule;
 pub mod span;
 pub mod special;
+pub mod targets;
 pub mod vector;
