@@ -11,4 +11,5 @@ pub mod identities;
 pub mod ops;
 pub mod span;
 pub mod special;
+pub mod syntax;
 pub mod vector;
