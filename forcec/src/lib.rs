@@ -4,6 +4,7 @@
 //! Rust kernels for the force and its exact derivatives ∂F/∂X and ∂F/∂V.
 
 pub mod bodies;
+pub mod check;
 pub mod definition;
 pub mod diagnostic;
 pub mod exact;

@@ -15,6 +15,8 @@ mod statements;
 pub(crate) mod suggest;
 mod types;
 
+pub(crate) use types::OTHER_NAMES;
+
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::span::{Source, Span};
 use proc_macro2::{LexError, TokenStream, TokenTree};
