@@ -4,6 +4,10 @@
 //! Rust kernels for the force and its exact derivatives ∂F/∂X and ∂F/∂V.
 
 pub mod bodies;
+pub mod check;
+#[cfg(feature = "cli")]
+pub mod cli;
+pub mod compile;
 pub mod definition;
 pub mod derive;
 pub mod diagnostic;
@@ -19,6 +23,7 @@ pub mod scalar;
 pub mod schedule;
 pub mod span;
 pub mod special;
+pub mod syntax;
 pub mod targets;
 pub mod text;
 pub mod vector;

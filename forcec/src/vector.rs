@@ -145,6 +145,11 @@ impl Graph {
         Graph { simplify: false, ..Graph::new(signature) }
     }
 
+    /// Whether the constructors simplify.
+    pub fn simplifies(&self) -> bool {
+        self.simplify
+    }
+
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.nodes.len()

@@ -244,7 +244,7 @@ impl Builder<'_> {
             Family::Item(item) => self.told[item as usize].clone().expect("a family has a name"),
             Family::Output(index) => names::output_name(self.signature, self.items.outputs[index].0),
         };
-        self.taken.numbered(&format!("{stem}_p"), 1)
+        self.taken.part(&stem)
     }
 
     /// What stands for an item; a tree is taken away by its only user.

@@ -9,7 +9,7 @@ use crate::schedule::build::{Builder, quotient, sum};
 use crate::schedule::{Expression, Variable};
 
 /// The width assumed for a numbered name before it is known.
-pub(super) const NUMBERED_NAME: usize = 18;
+pub(super) const NUMBERED_NAME: usize = 22;
 
 /// Inputs that are longer than this get a short name.
 pub(super) const LONG_INPUT: usize = 27;
@@ -225,8 +225,23 @@ impl Builder<'_> {
                 let sum = range.iter().fold(Size::default(), |sum, size| sum + *size);
                 Size { width: sum.width + 5 * joints, operations: sum.operations + joints }
             };
-            if terms.len() < 3 || room.holds(total(&sizes)) {
+            if room.holds(total(&sizes)) {
                 return terms;
+            }
+            if terms.len() < 3 {
+                let (signs, trees): (Vec<bool>, Vec<Expression>) = terms.into_iter().unzip();
+                return signs.into_iter().zip(self.cut_greatest(trees, room, 1)).collect();
+            }
+            // Two neighbours must fit on one line.
+            let wide = |size: &Size| size.operations > 0 && size.width > NUMBERED_NAME.max(LONG_INPUT);
+            if sizes.iter().any(wide) {
+                for ((_, tree), size) in terms.iter_mut().zip(&sizes) {
+                    if wide(size) {
+                        let cut = std::mem::replace(tree, Expression::Known(false));
+                        *tree = self.part(cut);
+                    }
+                }
+                continue;
             }
             let mut groups: Vec<usize> = vec![0];
             for end in 1..terms.len() {

@@ -91,6 +91,9 @@ fn plain(name: &str, lower: bool) -> String {
 /// The longest name of a temporary; a longer one loses its middle.
 const LONGEST: usize = 27;
 
+/// The longest stem of a numbered name.
+const LONGEST_STEM: usize = 17;
+
 /// A temporary's name without double or outer underscores, and short enough.
 fn tidy(name: &str) -> String {
     let words: Vec<String> =
@@ -99,11 +102,18 @@ fn tidy(name: &str) -> String {
     if text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit()) {
         text = format!("x{text}");
     }
-    if text.len() > LONGEST {
-        let (head, tail) = (text[..LONGEST / 2].trim_end_matches('_'), &text[text.len() - LONGEST / 2..]);
-        text = format!("{head}_{}", tail.trim_start_matches('_'));
+    shorten(&text, LONGEST)
+}
+
+/// A name of at most that length: one that is longer loses its middle.
+fn shorten(name: &str, longest: usize) -> String {
+    if name.len() <= longest {
+        return name.to_owned();
     }
-    text
+    let half = longest / 2;
+    let (head, tail) =
+        (name[..half].trim_end_matches('_'), name[name.len() - half..].trim_start_matches('_'));
+    format!("{head}_{tail}")
 }
 
 /// The names that are taken.
@@ -129,8 +139,13 @@ impl Taken {
         self.numbered(&format!("{name}_"), 2)
     }
 
+    /// A name for a part of something named: its name, `_p` and the first number that makes it new.
+    pub(super) fn part(&mut self, of: &str) -> String {
+        self.numbered(&format!("{}_p", shorten(&tidy(of), LONGEST_STEM)), 1)
+    }
+
     /// The stem with the first number behind it that makes it new.
-    pub(super) fn numbered(&mut self, stem: &str, first: u32) -> String {
+    fn numbered(&mut self, stem: &str, first: u32) -> String {
         let mut number = self.next.get(stem).copied().unwrap_or(first);
         loop {
             let name = format!("{stem}{number}");

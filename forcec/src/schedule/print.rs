@@ -38,7 +38,7 @@ pub trait Dialect {
     fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String>;
     /// A rectangle of outputs becomes zero.
     fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String>;
-    /// A remark on a line of its own; an empty line is a blank line.
+    /// A remark on a line of its own.
     fn remark(&self, text: &str) -> Vec<String>;
 }
 

@@ -10,7 +10,7 @@ use crate::ops::Function;
 use crate::schedule::print::{self, Dialect};
 use crate::schedule::{Output, Part, Variable, argument_name, body_name};
 use crate::targets::routine::{Routine, Way, routine};
-use crate::targets::{PARTS, decimal, field_summary, parameter_summary, reads, slot_path, template};
+use crate::targets::{PARTS, body, decimal, field_summary, parameter_summary, reads, slot_path, template};
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -203,15 +203,7 @@ fn definition(kernel: &Kernel, precision: Precision) -> String {
         text.push_str("    (void)params;\n");
     }
     let dialect = C { signature: &schedule.signature, precision };
-    for statement in &schedule.statements {
-        for line in print::statement(&dialect, &schedule.variables, statement) {
-            if line.is_empty() {
-                text.push('\n');
-            } else {
-                text.push_str(&format!("    {line}\n"));
-            }
-        }
-    }
+    text.push_str(&body(&dialect, schedule, "    "));
     text.push_str("}\n");
     text
 }
@@ -343,6 +335,6 @@ impl Dialect for C<'_> {
     }
 
     fn remark(&self, text: &str) -> Vec<String> {
-        vec![String::new(), format!("/* {text} */")]
+        vec![format!("/* {text} */")]
     }
 }

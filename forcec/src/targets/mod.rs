@@ -13,7 +13,8 @@ use crate::bodies::{
 };
 use crate::exact::Exact;
 use crate::kernel::{File, Precision, Target};
-use crate::ops::{Cost, Function};
+use crate::ops::Function;
+use crate::schedule::print::{self, Dialect};
 use crate::schedule::{Expression, Schedule, Statement};
 
 /// A generated file.
@@ -81,6 +82,20 @@ fn slot_path(signature: &Signature, slot: Slot, arrow: &str) -> String {
             format!("params{arrow}{}", parameter_path(parameter, slot))
         }
     }
+}
+
+/// The statements, a blank line before every heading but the first.
+fn body(dialect: &dyn Dialect, schedule: &Schedule, indent: &str) -> String {
+    let mut text = String::new();
+    for statement in &schedule.statements {
+        if matches!(statement, Statement::Heading(_)) && !text.is_empty() {
+            text.push('\n');
+        }
+        for line in print::statement(dialect, &schedule.variables, statement) {
+            text.push_str(&format!("{indent}{line}\n"));
+        }
+    }
+    text
 }
 
 /// Which bodies a kernel reads, and whether it reads its parameters.
@@ -163,9 +178,4 @@ fn rust_body(row: &BodyRow, precision: Precision) -> String {
         Precision::F64 => row.name.to_owned(),
         Precision::F32 => format!("{}F32", row.name),
     }
-}
-
-/// Whether a function is free of arguments and cost.
-fn is_constant(function: Function) -> bool {
-    function.row().cost == Cost::Free
 }

@@ -188,6 +188,9 @@ impl<const SINGLE: bool> Mul for Trace<SINGLE> {
         if self.is_zero() {
             return self;
         }
+        if matches!(&self.value, Expression::Literal(value) if value.is_unit() && value.is_negative()) {
+            return -other;
+        }
         self.join(other, |x, y| match x {
             Expression::Quotient(mut over, under) if under.is_empty() => {
                 over.push(y);

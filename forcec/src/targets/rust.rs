@@ -12,7 +12,8 @@ use crate::schedule::print::{self, Dialect};
 use crate::schedule::{Output, Part, Variable, argument_name, body_name};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
-    PARTS, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path, template,
+    PARTS, body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path,
+    template,
 };
 use std::f64::consts;
 use std::ops::Range;
@@ -94,11 +95,7 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text.push_str("\n    /// Computes the force and its derivatives; every entry of `out` is written.\n");
     text.push_str(&evaluate_head(kernel));
     let dialect = Rust { signature, precision, indent: 8 };
-    for statement in &schedule.statements {
-        for line in print::statement(&dialect, &schedule.variables, statement) {
-            text.push_str(&if line.is_empty() { "\n".to_owned() } else { format!("        {line}\n") });
-        }
-    }
+    text.push_str(&body(&dialect, schedule, "        "));
     text.push_str("    }\n}\n");
     text
 }
@@ -219,39 +216,53 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
     text
 }
 
-/// A decimal that clippy does not take for a constant of the standard library.
-fn unlike_a_constant(decimal: String) -> String {
-    const KNOWN: [f64; 19] = [
-        consts::E,
-        consts::FRAC_1_PI,
-        consts::FRAC_1_SQRT_2,
-        consts::FRAC_2_PI,
-        consts::FRAC_2_SQRT_PI,
-        consts::FRAC_PI_2,
-        consts::FRAC_PI_3,
-        consts::FRAC_PI_4,
-        consts::FRAC_PI_6,
-        consts::FRAC_PI_8,
-        consts::LN_2,
-        consts::LN_10,
-        consts::LOG10_2,
-        consts::LOG2_10,
-        consts::LOG10_E,
-        consts::LOG2_E,
-        consts::PI,
-        consts::SQRT_2,
-        consts::TAU,
-    ];
-    const FURTHER: [f64; 2] = [1.618_033_988_749_895, 0.577_215_664_901_532_9];
-    let digits = decimal.len().saturating_sub(2);
-    let known = |constant: &f64| {
-        constant.to_string().starts_with(&decimal) || format!("{constant:.digits$}") == decimal
+/// The constants of the standard library.
+const CONSTANTS: [(f64, &str); 19] = [
+    (consts::E, "E"),
+    (consts::FRAC_1_PI, "FRAC_1_PI"),
+    (consts::FRAC_1_SQRT_2, "FRAC_1_SQRT_2"),
+    (consts::FRAC_2_PI, "FRAC_2_PI"),
+    (consts::FRAC_2_SQRT_PI, "FRAC_2_SQRT_PI"),
+    (consts::FRAC_PI_2, "FRAC_PI_2"),
+    (consts::FRAC_PI_3, "FRAC_PI_3"),
+    (consts::FRAC_PI_4, "FRAC_PI_4"),
+    (consts::FRAC_PI_6, "FRAC_PI_6"),
+    (consts::FRAC_PI_8, "FRAC_PI_8"),
+    (consts::LN_2, "LN_2"),
+    (consts::LN_10, "LN_10"),
+    (consts::LOG10_2, "LOG10_2"),
+    (consts::LOG2_10, "LOG2_10"),
+    (consts::LOG10_E, "LOG10_E"),
+    (consts::LOG2_E, "LOG2_E"),
+    (consts::PI, "PI"),
+    (consts::SQRT_2, "SQRT_2"),
+    (consts::TAU, "TAU"),
+];
+
+/// Further numbers that clippy wants written as constants.
+const FURTHER: [f64; 2] = [1.618_033_988_749_895, 0.577_215_664_901_532_9];
+
+/// A positive number. One that clippy would take for a constant is that constant, or else its bits.
+fn positive(value: &Exact, precision: Precision) -> String {
+    let Some(text) = decimal(value, precision) else {
+        return format!("{precision}::INFINITY");
     };
-    if decimal.len() > 3 && KNOWN.iter().chain(&FURTHER).any(known) {
-        format!("{decimal}e0")
-    } else {
-        decimal
+    let nearest = |constant: f64| Exact::from_f64(constant).and_then(|exact| decimal(&exact, precision));
+    if let Some((_, name)) = CONSTANTS.iter().find(|(constant, _)| nearest(*constant).as_ref() == Some(&text))
+    {
+        return format!("core::{precision}::consts::{name}");
     }
+    let digits = text.len().saturating_sub(2);
+    let alike =
+        |constant: f64| constant.to_string().starts_with(&text) || format!("{constant:.digits$}") == text;
+    let known = CONSTANTS.iter().map(|(constant, _)| *constant).chain(FURTHER);
+    if text.len() > 3 && known.into_iter().any(alike) {
+        return match precision {
+            Precision::F64 => format!("f64::from_bits({:#x})", value.to_f64().to_bits()),
+            Precision::F32 => format!("f32::from_bits({:#x})", value.to_f32().to_bits()),
+        };
+    }
+    text
 }
 
 /// How Rust spells statements, as rustfmt would set them at this indentation.
@@ -296,18 +307,13 @@ impl Rust<'_> {
 
 impl Dialect for Rust<'_> {
     fn literal(&self, value: &Exact) -> String {
-        match decimal(value, self.precision) {
-            Some(decimal) => match decimal.strip_prefix('-') {
-                Some(size) => format!("-{}", unlike_a_constant(size.to_owned())),
-                None => unlike_a_constant(decimal),
-            },
-            None if value.is_negative() => format!("{}::NEG_INFINITY", self.precision),
-            None => format!("{}::INFINITY", self.precision),
-        }
+        let size = positive(&value.abs(), self.precision);
+        if value.is_negative() { format!("-{size}") } else { size }
     }
 
     fn receiver(&self, value: &Exact) -> String {
-        format!("{}_{}", self.literal(value), self.precision)
+        let text = self.literal(value);
+        if text.contains("::") { text } else { format!("{text}_{}", self.precision) }
     }
 
     fn known(&self, value: bool) -> String {
@@ -368,6 +374,6 @@ impl Dialect for Rust<'_> {
     }
 
     fn remark(&self, text: &str) -> Vec<String> {
-        vec![String::new(), format!("// {text}")]
+        vec![format!("// {text}")]
     }
 }
