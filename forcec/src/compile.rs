@@ -53,7 +53,7 @@ pub fn compile(source: &Source, wanted: &dyn Fn(&str) -> bool) -> Result<Compile
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
     let functions = definitions.map(|definition| stages(&file, definition)).collect();
-    let docs = file.docs.clone();
+    let docs = file.docs();
     Ok(Compiled { source: source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 

@@ -87,10 +87,8 @@ impl Input {
         let unknown = self.only.iter().filter(|only| !names.contains(&only.as_str()));
         unknown
             .map(|only| {
-                let help = match syntax::suggest(only, names.iter().copied()) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => "`forcec stats` lists the force functions".to_owned(),
-                };
+                let near = syntax::suggest::did_you_mean(only, names.iter().copied());
+                let help = near.unwrap_or_else(|| "`forcec stats` lists the force functions".to_owned());
                 format!("error: no force function `{only}`\n  = help: {help}")
             })
             .collect()
