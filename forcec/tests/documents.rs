@@ -134,8 +134,9 @@ fn function(path: &str, name: &str) -> String {
     paragraph.take(1).collect()
 }
 
-/// The kernel of the ball joint as far as the force goes.
+/// The head of the ball joint's kernel and the end of what computes the force.
 fn kernel_excerpt() -> String {
+    const LINES: usize = 16;
     let compiled = compiled("constraints/joints.rs", &["point_to_point"]);
     let file = File {
         stem: "joints".to_owned(),
@@ -143,11 +144,13 @@ fn kernel_excerpt() -> String {
         kernels: compiled.functions.into_iter().map(|stages| stages.kernel).collect(),
         precisions: vec![Precision::F64],
     };
-    let source =
-        targets::emit(&file, Target::C).into_iter().find(|file| file.name == "joints.c").unwrap().text;
-    let start = source.find("/*\n * Ball joint").expect("the kernel has its comment");
-    let end = source.find("    /* dF/dX */").expect("the kernel has its headings");
-    source[start..end].to_owned()
+    let files = targets::emit(&file, Target::C);
+    let text = files.into_iter().find(|file| file.name == "joints.c").unwrap().text;
+    let (_, kernel) = text.split_once("#include \"joints.h\"\n\n").expect("the file includes its header");
+    let (head, body) = kernel.split_once("    /* F */\n").expect("the kernel has its headings");
+    let (force, _) = body.split_once("\n    /* dF/dX */").expect("the kernel has its headings");
+    let lines: Vec<&str> = force.lines().collect();
+    format!("{head}    /* … */\n{}\n    /* … */\n}}", lines[lines.len() - LINES..].join("\n"))
 }
 
 fn counts() -> String {
@@ -225,7 +228,7 @@ fn functions() -> String {
     text.trim_end().to_owned() + "\n"
 }
 
-const BEGIN: &str = "<!-- printed: ";
+const BEGIN: &str = "\n<!-- printed: ";
 const END: &str = "<!-- end -->";
 
 /// The document with every block printed anew.
