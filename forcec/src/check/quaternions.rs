@@ -83,10 +83,10 @@ fn hamilton(g: &mut Graph, p: [Real; 4], q: [Real; 4]) -> [Real; 4] {
 
 /// p q
 pub(crate) fn product(g: &mut Graph, p: &Quaternion, q: &Quaternion) -> Quaternion {
-    if let (Quaternion::Chain(p), Quaternion::Chain(q)) = (p, q) {
-        if p.len() + q.len() <= LONGEST_CHAIN {
-            return Quaternion::Chain(p.iter().chain(q.iter()).copied().collect());
-        }
+    if let (Quaternion::Chain(p), Quaternion::Chain(q)) = (p, q)
+        && p.len() + q.len() <= LONGEST_CHAIN
+    {
+        return Quaternion::Chain(p.iter().chain(q.iter()).copied().collect());
     }
     let (p, q) = (parts(g, p), parts(g, q));
     Quaternion::Parts(hamilton(g, p, q))
