@@ -134,6 +134,7 @@ impl<'g> Formulas<'g> {
                 | Node::Scale(..)
                 | Node::Cross(..)
                 | Node::Rotate(..)
+                | Node::TurnVector(_)
                 | Node::Pack(_)
                 | Node::VectorSelect(..)
                 | Node::VectorLet(_)
@@ -275,6 +276,12 @@ impl<'g> Formulas<'g> {
                 let inner = &self.made[&v.0].0;
                 (if latex { format!("\\lVert {inner}\\rVert") } else { format!("|{inner}|") }, Atom)
             }
+            Node::TurnReal(turn) => {
+                (format!("{}({})", if latex { "\\operatorname{Re}" } else { "Re" }, self.turn(turn)), Atom)
+            }
+            Node::TurnVector(turn) => {
+                (format!("{}({})", if latex { "\\operatorname{Im}" } else { "Im" }, self.turn(turn)), Atom)
+            }
             Node::Call(function, arguments) => {
                 let arguments: Vec<&str> = arguments.iter().map(|x| self.made[&x.0].0.as_str()).collect();
                 (call(*function, &arguments, self.dialect), Atom)
@@ -305,6 +312,18 @@ impl<'g> Formulas<'g> {
                 (format!("{}{}", if latex { "\\lnot " } else { "¬" }, self.part(a.0, Atom)), Power)
             }
         }
+    }
+
+    fn turn(&self, turn: &[(Slot, bool)]) -> String {
+        let factor = |(slot, inverse): &(Slot, bool)| {
+            let mark = match (inverse, self.dialect) {
+                (false, _) => "",
+                (true, Dialect::Text) => "⁻¹",
+                (true, Dialect::Latex) => "^{-1}",
+            };
+            format!("{}{mark}", self.slot(*slot, true))
+        };
+        turn.iter().map(factor).collect::<Vec<_>>().join(" ")
     }
 
     fn minus(&self) -> &'static str {

@@ -31,6 +31,8 @@ impl fmt::Display for Graph {
                     ('r', format!("component {v} {}", ["x", "y", "z"][*axis as usize]))
                 }
                 Node::Norm(v) => ('r', format!("norm {v}")),
+                Node::TurnReal(turn) => ('r', format!("turn{} w", factors(self, turn))),
+                Node::TurnVector(turn) => ('v', format!("turn{} xyz", factors(self, turn))),
                 Node::Call(function, arguments) => {
                     let order = function.order().map_or(String::new(), |n| n.to_string());
                     let arguments: String = arguments.iter().map(|x| format!(" {x}")).collect();
@@ -65,6 +67,15 @@ impl fmt::Display for Graph {
         }
         Ok(())
     }
+}
+
+/// The factors of a product of quaternions.
+fn factors(graph: &Graph, turn: &[(crate::bodies::Slot, bool)]) -> String {
+    let factor = |(slot, inverse): &(_, bool)| {
+        let name = graph.signature.slot_name(*slot);
+        format!(" {}{}", name.trim_end_matches(".x"), if *inverse { "⁻¹" } else { "" })
+    };
+    turn.iter().map(factor).collect()
 }
 
 /// Forces and blocks in normal form: s I + [k]× + Σ u vᵀ.

@@ -60,6 +60,9 @@ pub enum Comparison {
     Equal,
 }
 
+/// A product of stored unit quaternions, left to right, each inverted or not.
+pub type Turn = Box<[(Slot, bool)]>;
+
 /// One node.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Node {
@@ -77,6 +80,8 @@ pub enum Node {
     Component(Vector, u8),
     /// |v|
     Norm(Vector),
+    /// w of the product of stored unit quaternions, each inverted or not.
+    TurnReal(Turn),
     /// A row of the function table.
     Call(Function, Box<[Real]>),
     /// if the condition holds the first, else the second
@@ -96,6 +101,8 @@ pub enum Node {
     Cross(Vector, Vector),
     /// q·v, or q⁻¹·v when inverse, for the unit quaternion stored at the slot
     Rotate(Slot, bool, Vector),
+    /// (x, y, z) of the product of stored unit quaternions.
+    TurnVector(Turn),
     /// A vector from its entries.
     Pack([Real; 3]),
     /// if the condition holds the first, else the second
@@ -787,6 +794,16 @@ impl Graph {
             _ => self.vector(Node::Rotate(quaternion, inverse, v)),
         };
         self.vector_sum(vec![(coefficient, rotated)])
+    }
+
+    /// The product of stored unit quaternions as (x, y, z) and w; at least one of them.
+    pub fn turn(&mut self, turn: &[(Slot, bool)]) -> (Vector, Real) {
+        if let [(slot, inverse)] = *turn {
+            let vector = self.triple(slot);
+            let w = self.entry(Slot { offset: slot.offset + 3, ..slot });
+            return (if inverse { self.vector_neg(vector) } else { vector }, w);
+        }
+        (self.vector(Node::TurnVector(turn.into())), self.real(Node::TurnReal(turn.into())))
     }
 
     /// if the condition holds u, else v

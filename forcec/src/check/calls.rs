@@ -13,10 +13,10 @@ impl<'a> Elaborator<'a> {
         let expressions = self.frame.expressions;
         let values: Vec<Value> = arguments.iter().map(|argument| self.expr(*argument)).collect();
         let spans: Vec<Span> = arguments.iter().map(|argument| expressions[*argument].span).collect();
-        if let [.., ty, name] = path.segments.as_slice() {
-            if ty.starts_with(|c: char| c.is_ascii_uppercase()) || Type::named(ty).is_some() {
-                return self.associated(ty, name, path.span, values, &spans, span);
-            }
+        if let [.., ty, name] = path.segments.as_slice()
+            && (ty.starts_with(|c: char| c.is_ascii_uppercase()) || Type::named(ty).is_some())
+        {
+            return self.associated(ty, name, path.span, values, &spans, span);
         }
         let Some(index) = self.program.function(path.last()) else { return Value::Poison };
         let function = &self.program.functions[index];

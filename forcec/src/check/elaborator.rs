@@ -71,6 +71,8 @@ pub(crate) struct Elaborator<'a> {
     pub(crate) recursive: &'a [bool],
     /// The loops and calls that are open, and what messages call them.
     pub(crate) open: Vec<(Span, String)>,
+    /// How often the body of the innermost loop is walked, as far as the loops around it within its function say.
+    pub(crate) iterations: u64,
     pub(crate) exhausted: bool,
     pub(crate) depth: usize,
     steps: u64,
@@ -93,6 +95,7 @@ impl<'a> Elaborator<'a> {
             memo: FxHashMap::default(),
             recursive,
             open: Vec::new(),
+            iterations: 1,
             exhausted: false,
             depth: 0,
             steps: 0,

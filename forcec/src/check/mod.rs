@@ -122,5 +122,8 @@ fn check_helpers(program: &Program<'_>, recursive: &[bool], diagnostics: &mut Ve
         elaborator.body(index, arguments);
         spent += elaborator.steps();
         diagnostics.append(&mut elaborator.diagnostics);
+        if elaborator.exhausted {
+            break;
+        }
     }
 }

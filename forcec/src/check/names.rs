@@ -270,11 +270,11 @@ impl<'a> Walker<'a> {
     }
 
     fn path(&mut self, path: &Path) {
-        if let Some(name) = path.single() {
-            if let Some(place) = self.variables.find(name) {
-                self.variables.at(place).used = true;
-                return;
-            }
+        if let Some(name) = path.single()
+            && let Some(place) = self.variables.find(name)
+        {
+            self.variables.at(place).used = true;
+            return;
         }
         if self.program.constant(path.last()).is_none() && path.last() != PI {
             self.unknown(path);
@@ -303,11 +303,11 @@ impl<'a> Walker<'a> {
 
     fn call(&mut self, path: &Path) {
         let name = path.last();
-        if let [.., ty, _] = path.segments.as_slice() {
-            if Type::named(ty).is_some() || ty.starts_with(|c: char| c.is_ascii_uppercase()) {
-                // A function of a type: the elaborator knows them.
-                return;
-            }
+        if let [.., ty, _] = path.segments.as_slice()
+            && (Type::named(ty).is_some() || ty.starts_with(|c: char| c.is_ascii_uppercase()))
+        {
+            // A function of a type: the elaborator knows them.
+            return;
         }
         if let Some(index) = self.program.function(name) {
             self.calls.entry(index).or_insert(path.span);

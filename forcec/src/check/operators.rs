@@ -9,7 +9,7 @@ use super::values::Value;
 use crate::exact::Exact;
 use crate::span::Span;
 use crate::syntax::ast::BinaryOp;
-use crate::vector::{Comparison, Graph, Real};
+use crate::vector::{Comparison, Graph, Node, Real};
 use std::rc::Rc;
 
 /// −x
@@ -53,7 +53,55 @@ pub(crate) fn binary(e: &mut Elaborator<'_>, op: BinaryOp, x: Value, y: Value, s
         BinaryOp::Remainder | BinaryOp::And | BinaryOp::Or => None,
         comparison => compare(&mut e.graph, comparison, &x, &y),
     };
-    result.unwrap_or_else(|| mismatch(e, op, &x, &y, span))
+    match result {
+        Some(value) => settle(e, value, span),
+        None => mismatch(e, op, &x, &y, span),
+    }
+}
+
+/// Terms of a sum, or factors of a product, that are still taken apart when more are added.
+const LONGEST_SUM: usize = 32;
+
+/// Sums flatten, so that accumulating in a loop would copy every term at every step: a long one becomes an
+/// intermediate of its own. Terms count as work.
+fn settle(e: &mut Elaborator<'_>, value: Value, span: Span) -> Value {
+    let terms = match value {
+        Value::Real(x) => terms(&e.graph, x.index()),
+        Value::Vector(v) => terms(&e.graph, v.index()),
+        other => return other,
+    };
+    if terms > 2 && !e.spend(terms as u64 - 2, span) {
+        return Value::Poison;
+    }
+    match value {
+        Value::Real(x) if terms > LONGEST_SUM => Value::Real(e.graph.let_real("part", x)),
+        Value::Vector(v) if terms > LONGEST_SUM => Value::Vector(e.graph.let_vector("part", v)),
+        value => value,
+    }
+}
+
+/// How many terms or factors a node lists, those of the reals that scale its vectors included.
+fn terms(g: &Graph, index: usize) -> usize {
+    match g.node(index) {
+        Node::Sum(_, terms) => terms.len(),
+        Node::Product(factors) => factors.len(),
+        Node::Scale(s, _) => match g.node(s.index()) {
+            Node::Sum(_, terms) => terms.len(),
+            Node::Product(factors) => factors.len(),
+            _ => 1,
+        },
+        Node::VectorSum(terms) => terms
+            .iter()
+            .map(|(_, v)| match g.node(v.index()) {
+                Node::Scale(s, _) => match g.node(s.index()) {
+                    Node::Sum(_, terms) => terms.len(),
+                    _ => 1,
+                },
+                _ => 1,
+            })
+            .sum(),
+        _ => 1,
+    }
 }
 
 fn integers(e: &mut Elaborator<'_>, op: BinaryOp, a: i64, b: i64, span: Span) -> Value {

@@ -107,7 +107,7 @@ fn call(function: Function, range: Interval, span: Span) -> Option<Diagnostic> {
     let leaves = |domain: FunctionDomain| match domain {
         FunctionDomain::All => None,
         FunctionDomain::AtLeast(bound) => (range.low < bound).then(|| format!("below {bound}")),
-        FunctionDomain::Above(bound) if bound == 0.0 => (range.low < 0.0 || range.contains_zero())
+        FunctionDomain::Above(0.0) => (range.low < 0.0 || range.contains_zero())
             .then(|| if range.low < 0.0 { "zero or negative" } else { "zero" }.to_owned()),
         FunctionDomain::Above(bound) => (range.low <= bound).then(|| format!("{bound} or below")),
         FunctionDomain::Unit => {

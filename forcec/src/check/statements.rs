@@ -158,10 +158,10 @@ impl<'a> Elaborator<'a> {
 
     /// Notes what a variable is before it is assigned, where a branch is open.
     fn remember(&mut self, place: usize) {
-        if let Some((mark, journal)) = self.frame.journals.last_mut() {
-            if place < *mark {
-                journal.push((place, self.frame.variables.at(place).value.clone()));
-            }
+        if let Some((mark, journal)) = self.frame.journals.last_mut()
+            && place < *mark
+        {
+            journal.push((place, self.frame.variables.at(place).value.clone()));
         }
     }
 
@@ -331,23 +331,35 @@ impl<'a> Elaborator<'a> {
         };
         let end = if repeat.inclusive { end.saturating_add(1) } else { end };
         let count = end.saturating_sub(start);
-        if count > MOST_NODES as i64 {
+        let outer = self.iterations;
+        let total = outer.saturating_mul(count.max(0) as u64);
+        if total > MOST_NODES as u64 {
+            self.exhausted = true;
+            let (span, what) = match self.open.first() {
+                Some((span, what)) if outer > 1 => {
+                    (*span, format!("{what} comes to {total} iterations or more"))
+                }
+                _ => (repeat.span, format!("{count} iterations")),
+            };
+            let label = format!("{what}; a kernel has at most {MOST_NODES} nodes");
             self.error_help(
-                repeat.span,
+                span,
                 "the loop is too long to unroll",
-                format!("{count} iterations; a kernel has at most {MOST_NODES} nodes"),
-                Some("shorten the range".to_owned()),
+                label,
+                Some("shorten the ranges".to_owned()),
             );
             return;
         }
         let name = repeat.variable.as_ref().map_or("_", |name| &name.text);
         self.open.push((repeat.span, format!("the loop over `{name}`")));
+        self.iterations = total.max(1);
         for i in start..end {
             if !self.spend(1, repeat.span) {
                 break;
             }
             self.iteration(repeat, Value::Integer(i));
         }
+        self.iterations = outer;
         self.open.pop();
     }
 
@@ -489,7 +501,9 @@ impl<'a> Elaborator<'a> {
         }
         let function = &self.program.functions[index];
         self.open.push((span, format!("the call of `{}`", function.name.text)));
+        let iterations = std::mem::replace(&mut self.iterations, 1);
         let value = self.body(index, key.1.clone());
+        self.iterations = iterations;
         self.open.pop();
         self.memo.insert(key, value.clone());
         value

@@ -62,7 +62,8 @@ impl Input {
         let mut units: Vec<Unit> = Vec::new();
         for (path, source) in sources {
             progress.step(&source.name);
-            match compile(&source, &|name| self.only.is_empty() || self.only.iter().any(|only| only == name)) {
+            match compile(&source, &|name| self.only.is_empty() || self.only.iter().any(|only| only == name))
+            {
                 Ok(compiled) => units.push(Unit { path, compiled }),
                 Err(diagnostics) => errors.push(message(&diagnostics)),
             }
@@ -83,7 +84,8 @@ impl Input {
 
     /// Names that were asked for and are not there.
     fn unknown_names(&self, units: &[Unit]) -> Vec<String> {
-        let names: Vec<&str> = units.iter().flat_map(|unit| unit.compiled.names.iter().map(String::as_str)).collect();
+        let names: Vec<&str> =
+            units.iter().flat_map(|unit| unit.compiled.names.iter().map(String::as_str)).collect();
         let unknown = self.only.iter().filter(|only| !names.contains(&only.as_str()));
         unknown
             .map(|only| {
@@ -101,9 +103,12 @@ fn message(diagnostics: &Diagnostics) -> String {
 
 /// A file as it was named; a folder's Rust files, recursively, in sorted order.
 fn find(path: &Path, named: bool, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    let unreadable = |error: std::io::Error| Failure::Input(format!("error: cannot read `{}`: {error}", path.display()));
+    let unreadable =
+        |error: std::io::Error| Failure::Input(format!("error: cannot read `{}`: {error}", path.display()));
     if fs::metadata(path).map_err(unreadable)?.is_dir() {
-        let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.') && name != "." && name != "..");
+        let hidden = path
+            .file_name()
+            .is_some_and(|name| name.to_string_lossy().starts_with('.') && name != "." && name != "..");
         if hidden && !named {
             return Ok(());
         }
@@ -127,7 +132,8 @@ fn find(path: &Path, named: bool, found: &mut Vec<PathBuf>) -> Result<(), Failur
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    let bytes = fs::read(path).map_err(|error| format!("error: cannot read `{}`: {error}", path.display()))?;
+    let bytes =
+        fs::read(path).map_err(|error| format!("error: cannot read `{}`: {error}", path.display()))?;
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..offset].iter().filter(|b| **b == b'\n').count() + 1;

@@ -34,7 +34,9 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Compile force files to kernels
-    #[command(after_help = "Example:\n  forcec build joints.rs --out kernels --target c --real f64 --real f32")]
+    #[command(
+        after_help = "Example:\n  forcec build joints.rs --out kernels --target c --real f64 --real f32"
+    )]
     Build(build::Build),
     /// Compare kernels with the mathematics of their source
     #[command(after_help = "Example:\n  forcec check forces/ --only hinge")]
@@ -130,7 +132,10 @@ struct Progress {
 
 impl Progress {
     fn new(steps: usize) -> Progress {
-        let bar = indicatif::ProgressBar::with_draw_target(Some(steps as u64), indicatif::ProgressDrawTarget::hidden());
+        let bar = indicatif::ProgressBar::with_draw_target(
+            Some(steps as u64),
+            indicatif::ProgressDrawTarget::hidden(),
+        );
         if let Ok(style) = indicatif::ProgressStyle::with_template("{pos}/{len} {wide_msg}") {
             bar.set_style(style);
         }

@@ -48,7 +48,11 @@ impl Show {
         let function = &unit.compiled.functions[0];
         let rendered = |target| {
             let files = emit(&unit.file(&[Precision::F64]), target);
-            files.into_iter().filter(|file| !file.name.ends_with(".h")).map(|file| file.text).collect::<String>()
+            files
+                .into_iter()
+                .filter(|file| !file.name.ends_with(".h"))
+                .map(|file| file.text)
+                .collect::<String>()
         };
         print(&match self.stage {
             Stage::Ast => function.ast.clone(),

@@ -27,7 +27,8 @@ impl Stats {
             return print(&format!("{:#}\n", json!({ "kernels": kernels })));
         }
         let rows: Vec<Vec<String>> = functions.iter().map(|function| row(function)).collect();
-        let width = |k: usize| rows.iter().map(|row| row[k].len()).chain([COLUMNS[k].len()]).max().unwrap_or(0);
+        let width =
+            |k: usize| rows.iter().map(|row| row[k].len()).chain([COLUMNS[k].len()]).max().unwrap_or(0);
         let widths: Vec<usize> = (0..COLUMNS.len()).map(width).collect();
         let line = |cells: &mut dyn Iterator<Item = &str>| {
             let mut text = String::new();
@@ -59,8 +60,17 @@ fn lines(function: &Stages) -> usize {
 fn row(function: &Stages) -> Vec<String> {
     let schedule = &function.kernel.schedule;
     let ops = schedule.operations();
-    let numbers =
-        [ops.add, ops.mul, ops.div, ops.sqrt, ops.call, ops.neg, ops.total(), lines(function), schedule.nonzero];
+    let numbers = [
+        ops.add,
+        ops.mul,
+        ops.div,
+        ops.sqrt,
+        ops.call,
+        ops.neg,
+        ops.total(),
+        lines(function),
+        schedule.nonzero,
+    ];
     let mut row = vec![function.kernel.name.clone()];
     row.extend(numbers.iter().map(ToString::to_string));
     row.push(format!("{:.1}", function.time.as_secs_f64() * 1e3));

@@ -57,8 +57,11 @@ fn shared_rotations(derived: &Derived) -> BTreeSet<Slot> {
             continue;
         }
         let node = graph.node(index as usize);
-        if let Node::Rotate(quaternion, ..) = node {
-            *arms.entry(*quaternion).or_default() += 1;
+        match node {
+            Node::Rotate(quaternion, ..) => *arms.entry(*quaternion).or_default() += 1,
+            // Its derivatives turn three basis vectors.
+            Node::TurnVector(turn) => turn.iter().for_each(|(slot, _)| *arms.entry(*slot).or_default() += 3),
+            _ => {}
         }
         open.extend(operands(node));
     }
@@ -161,6 +164,10 @@ impl Lowering {
                 let v = self.entries(v);
                 Lowered::Vector(self.rotate(quaternion, inverse, v))
             }
+            Node::TurnVector(turn) => {
+                let [x, y, z, _] = self.turn(&turn);
+                Lowered::Vector([x, y, z])
+            }
             Node::Pack(entries) => Lowered::Vector(entries.map(|x| self.id(x.0))),
             Node::VectorSelect(condition, u, v) => {
                 let condition = self.id(condition.0);
@@ -199,6 +206,7 @@ impl Lowering {
                 let square = self.dot(v, v);
                 self.scalar.call(crate::ops::Function::Sqrt, &[square])
             }
+            Node::TurnReal(turn) => self.turn(turn)[3],
             Node::Call(function, arguments) => {
                 let arguments: Vec<Id> = arguments.iter().map(|x| self.id(x.0)).collect();
                 self.scalar.call(*function, &arguments)
@@ -239,6 +247,31 @@ impl Lowering {
             let (first, second) = (self.scalar.mul(u[j], v[k]), self.scalar.mul(u[k], v[j]));
             self.scalar.sub(first, second)
         })
+    }
+
+    /// The product of stored quaternions: (u, w)(v, s) = (w v + s u + u×v, w s − u·v).
+    fn turn(&mut self, turn: &[(Slot, bool)]) -> [Id; 4] {
+        let mut product: Option<([Id; 3], Id)> = None;
+        for (slot, inverse) in turn {
+            let [x, y, z, s] =
+                [0, 1, 2, 3].map(|k| self.scalar.input(Slot { offset: slot.offset + k, ..*slot }));
+            let v = if *inverse { [x, y, z].map(|entry| self.scalar.neg(entry)) } else { [x, y, z] };
+            product = Some(match product {
+                None => (v, s),
+                Some((u, w)) => {
+                    let across = self.cross(u, v);
+                    let vector = [0, 1, 2].map(|k| {
+                        let (first, second) = (self.scalar.mul(w, v[k]), self.scalar.mul(s, u[k]));
+                        self.scalar
+                            .sum(Exact::ZERO, [first, second, across[k]].map(|id| (Exact::ONE, id)).into())
+                    });
+                    let (straight, along) = (self.scalar.mul(w, s), self.dot(u, v));
+                    (vector, self.scalar.sub(straight, along))
+                }
+            });
+        }
+        let ([x, y, z], w) = product.expect("a product has factors");
+        [x, y, z, w]
     }
 
     /// v + 2w (u×v) + 2u×(u×v), or with −u for the inverse.
