@@ -1,6 +1,6 @@
 //! The documents: what they say was printed is what the code prints, what they tell the reader to run runs.
 //!
-//! A block between `<!-- printed: NAME -->` and `<!-- end -->` belongs to this test. `FORCEC_PRINT=1` prints all blocks anew.
+//! A block between `<!-- printed: NAME -->` and `<!-- end -->` belongs to this test. `FORCEC_BLESS=1` prints all blocks anew.
 
 use forcec::compile::{Compiled, Stages, compile};
 use forcec::diagnostic::Diagnostics;
@@ -251,13 +251,13 @@ fn printed_blocks_are_what_the_code_prints() {
     for path in DOCUMENTS {
         let text = read(path);
         let expected = reprinted(&text);
-        if std::env::var_os("FORCEC_PRINT").is_some() {
+        if std::env::var_os("FORCEC_BLESS").is_some() {
             fs::write(root().join(path), &expected).unwrap();
         } else if text != expected {
             let differs = text.lines().zip(expected.lines()).find(|(x, y)| x != y);
             let (found, wanted) = differs.unwrap_or(("the end", "more, or less"));
             panic!(
-                "{path} is out of date; run with FORCEC_PRINT=1\n  found:    {found}\n  expected: {wanted}"
+                "{path} is out of date; run with FORCEC_BLESS=1\n  found:    {found}\n  expected: {wanted}"
             );
         }
     }
