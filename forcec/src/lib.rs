@@ -9,9 +9,12 @@ pub mod derive;
 pub mod diagnostic;
 pub mod exact;
 pub mod identities;
+pub mod number;
 pub mod ops;
 pub mod optimize;
 pub mod scalar;
 pub mod span;
 pub mod special;
 pub mod vector;
+#[cfg(feature = "verify")]
+pub mod verify;
