@@ -285,6 +285,30 @@ fn right_kernels_pass() {
     for report in &reports {
         assert!(report.passed, "{}", report.table());
         assert!(report.states() >= 100, "{}", report.table());
-        assert!(report.coverage.iter().all(|c| c.is_covered()), "{}", report.table());
+        let uncovered: Vec<Family> =
+            report.coverage.iter().filter(|c| !c.is_covered()).map(|c| c.family).collect();
+        // Without slip the norm of the drag's slip has no derivative.
+        assert_eq!(uncovered, if report.kernel == "drag" { vec![Family::Rest] } else { vec![] });
+    }
+}
+
+#[test]
+fn mutants() {
+    for sample in [spring(), ball()] {
+        let (source, program) = (sample.source(), sample.program());
+        let mutations = verify::mutations(&program);
+        let mut survivors = Vec::new();
+        let mut named = 0;
+        for mutation in &mutations {
+            let mutant = verify::apply(&program, *mutation);
+            let options = CheckOptions { seed: 1, states: 1 };
+            let report = verify::check(&Subject { source: &source, program: &mutant }, &options);
+            if report.passed {
+                survivors.push(*mutation);
+            } else {
+                named += usize::from(report.worst_failure().is_some());
+            }
+        }
+        eprintln!("{}: {} of {} survive, {named} named: {survivors:?}", sample.name, survivors.len(), mutations.len());
     }
 }

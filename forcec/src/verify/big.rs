@@ -91,8 +91,21 @@ impl Big {
         if self.is_negative() { -self.clone() } else { self.clone() }
     }
 
+    /// √x from the reciprocal root of a double, whose digits each step of Newton's y ← y (3 − m y²)/2 doubles.
     pub(crate) fn sqrt(&self) -> Big {
-        Big(self.0.sqrt(BITS, ROUND))
+        let Some(exponent) = self.exponent().filter(|_| !self.is_negative()) else {
+            return Big(self.0.sqrt(BITS, ROUND));
+        };
+        let half = exponent.div_euclid(2);
+        let m = self.clone().scaled(-2 * half);
+        let mut y = Big::from_f64(1.0 / m.to_f64().sqrt());
+        for _ in 0..3 {
+            let rest = Big::integer(3) - m.clone() * y.clone() * y.clone();
+            y = y * rest.scaled(-1);
+        }
+        let root = m.clone() * y.clone();
+        let rest = (m - root.clone() * root.clone()) * y;
+        (root + rest.scaled(-1)).scaled(half)
     }
 
     fn order(&self, other: &Big) -> Option<Ordering> {
@@ -329,6 +342,17 @@ mod tests {
                 close(&difference.scaled(100), &Big::angle_ratio(n + 1, &m, &w), 70);
             }
         }
+    }
+
+    #[test]
+    fn roots_square_to_their_argument() {
+        for x in [2.0, 0.3, 1e-300, 7e299, 4.0, 1e-5] {
+            let x = Big::from_f64(x);
+            close(&(x.sqrt() * x.sqrt()), &x, 316);
+            close(&x.sqrt(), &Big(x.0.sqrt(BITS, ROUND)), 316);
+        }
+        assert!(Big::integer(-1).sqrt().to_f64().is_nan());
+        assert!(Big::zero().sqrt().is_zero());
     }
 
     #[test]

@@ -66,6 +66,8 @@ const FULL_STATES: usize = 2;
 const BUDGET: u64 = 10_000_000;
 /// States a family at which the turned state is compared.
 const TURNED_STATES: usize = 3;
+/// As many states are checked in all as this many families have.
+const LEAST_FAMILIES: usize = 5;
 /// A state is sharp if no tolerance exceeds this part of the largest entry.
 const SHARP: f64 = 1e-6;
 
@@ -88,8 +90,19 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
         differences: Differences::default(),
         invariants: Invariants::new(),
     };
-    let coverage: Vec<Coverage> =
-        Family::ALL.into_iter().map(|family| checker.family(family, options)).collect();
+    let mut coverage: Vec<Coverage> = Vec::new();
+    for family in Family::ALL {
+        let mut states = Coverage { family, checked: 0, singular: 0, active: 0 };
+        checker.family(&mut states, options.states, options);
+        coverage.push(states);
+    }
+    // What uncovered families leave out, random states make up for.
+    let least = LEAST_FAMILIES * options.states;
+    let checked: usize = coverage.iter().map(|c| c.checked).sum();
+    let random = &mut coverage[Family::Random as usize];
+    if checked < least && random.is_covered() {
+        checker.family(random, options.states + least - checked, options);
+    }
     checker.report(subject, options, coverage)
 }
 
@@ -141,14 +154,14 @@ pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
 }
 
 impl<'a> Checker<'a> {
-    fn family(&mut self, family: Family, options: &CheckOptions) -> Coverage {
-        let mut coverage = Coverage { family, checked: 0, singular: 0, active: 0 };
+    /// Checks states of a family until so many are regular, or nine in ten are singular.
+    fn family(&mut self, coverage: &mut Coverage, states: usize, options: &CheckOptions) {
+        let family = coverage.family;
         let mut passive = 0;
-        let most = 10 * options.states;
-        let mut number = 0;
-        while coverage.checked < options.states && coverage.checked + coverage.singular < most {
+        let mut number = coverage.checked + coverage.singular;
+        while coverage.checked < states && coverage.checked + coverage.singular < 10 * states {
             number += 1;
-            let mut random = Random::new(seed(options.seed, family, number));
+            let mut random = Random::new(seed(options.seed, family, number as u64));
             let index = coverage.checked;
             let state = draw(self.layout, self.oracle.is_constraint(), family, index, &mut random);
             let full = index < FULL_STATES || self.oracle.cost() * (6 * options.states as u64) <= BUDGET;
@@ -157,7 +170,7 @@ impl<'a> Checker<'a> {
                 continue;
             };
             let pushes = point.pushes();
-            if !pushes && index % 2 == 0 && passive < PASSIVE_DRAWS * options.states {
+            if !pushes && index % 2 == 0 && passive < PASSIVE_DRAWS * states {
                 passive += 1;
                 continue;
             }
@@ -169,7 +182,6 @@ impl<'a> Checker<'a> {
             coverage.active += usize::from(pushes);
             self.state(family, index, &state, &exact, &mut random);
         }
-        coverage
     }
 
     fn exact(

@@ -292,13 +292,11 @@ fn step(inputs: &mut [Big], coordinate: &Coordinate, direction: &[f64]) {
         }
         return;
     }
-    // exp(a) = cos |a| + a sin |a| / |a| with a = δθ/2; beyond |a|⁴ nothing is left in 320 bits.
+    // exp(a) = cos |a| + a sin |a| / |a| with a = δθ/2; |a|⁴ is nothing in 320 bits.
     let a: Vec<Big> = direction.iter().map(|d| Big::from_f64(*d).scaled(-STEP - 1)).collect();
     let square = inner(&a, &a);
-    let fourth = square.clone() * square.clone();
-    let one = || Big::integer(1);
-    let cosine = one() - square.clone().scaled(-1) + fourth.clone() / Big::integer(24);
-    let ratio = one() - square / Big::integer(6) + fourth / Big::integer(120);
+    let cosine = Big::integer(1) - square.clone().scaled(-1);
+    let ratio = Big::integer(1) - square / Big::integer(6);
     let turn = [0, 1, 2].map(|k| a[k].clone() * ratio.clone());
     let q = [0, 1, 2, 3].map(|k| field[k].clone());
     for (stored, turned) in field.iter_mut().zip(multiply(&turn, &cosine, &q)) {
