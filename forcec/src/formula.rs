@@ -4,7 +4,6 @@
 //! it has a name, or when several others use it and it is too long to repeat.
 
 use crate::bodies::{Role, Slot};
-use crate::derive::lie::operands;
 use crate::derive::matrix::Matrix;
 use crate::exact::Exact;
 use crate::ops::Function;
@@ -56,7 +55,7 @@ impl<'g> Formulas<'g> {
             uses.entry(*root).or_default();
         }
         while let Some(index) = open.pop() {
-            for operand in operands(graph.node(index as usize)) {
+            for operand in graph.node(index as usize).operands() {
                 let seen = uses.entry(operand).or_default();
                 *seen += 1;
                 if *seen == 1 && !roots.contains(&operand) {

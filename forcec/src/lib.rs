@@ -27,3 +27,5 @@ pub mod syntax;
 pub mod targets;
 pub mod text;
 pub mod vector;
+#[cfg(feature = "verify")]
+pub mod verify;

@@ -29,8 +29,12 @@ impl Check {
                         let subject = Subject { source: &function.source, program: &function.program };
                         let report = verify::check(&subject, &CheckOptions::default());
                         progress.step(&function.kernel.name);
-                        let index = functions.iter().position(|f| std::ptr::eq(*f, *function)).unwrap_or(usize::MAX);
-                        reports.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((index, report));
+                        let index =
+                            functions.iter().position(|f| std::ptr::eq(*f, *function)).unwrap_or(usize::MAX);
+                        reports
+                            .lock()
+                            .unwrap_or_else(std::sync::PoisonError::into_inner)
+                            .push((index, report));
                     }
                 });
             }

@@ -3,7 +3,7 @@
 //! In: arguments. Out: files, tables, messages, and an exit code: 0 done, 1 a check failed, 2 bad usage or bad input.
 
 mod build;
-//mod check;
+mod check;
 mod files;
 mod show;
 mod stats;
@@ -40,7 +40,7 @@ enum Command {
     Build(build::Build),
     /// Compare kernels with the mathematics of their source
     #[command(after_help = "Example:\n  forcec check forces/ --only hinge")]
-    //Check
+    Check(check::Check),
     /// Print one stage of one force function
     #[command(after_help = "Example:\n  forcec show joints.rs hinge --stage latex")]
     Show(show::Show),
@@ -89,6 +89,7 @@ pub fn main() -> ExitCode {
     };
     let outcome = match arguments.command {
         Command::Build(build) => build.run(),
+        Command::Check(check) => check.run(),
 
         Command::Show(show) => show.run(),
         Command::Stats(stats) => stats.run(),

@@ -84,7 +84,7 @@ impl Lie {
             if self.memo.contains_key(&(index, variable)) || !missing.insert(index) {
                 continue;
             }
-            open.extend(operands(self.graph.node(index as usize)));
+            open.extend(self.graph.node(index as usize).operands());
         }
         for index in missing {
             let derivative = self.derive(index, variable);
@@ -405,35 +405,6 @@ impl Turned {
             (self.vector_part(g, column, u, w), basis)
         });
         Matrix::outer(g, columns.into())
-    }
-}
-
-/// The nodes a node reads, truths included.
-pub fn operands(node: &Node) -> Vec<u32> {
-    match node {
-        Node::Constant(_)
-        | Node::Entry(_)
-        | Node::Triple(_)
-        | Node::TurnReal(_)
-        | Node::TurnVector(_)
-        | Node::Difference(..)
-        | Node::Known(_) => {
-            vec![]
-        }
-        Node::Sum(_, terms) => terms.iter().map(|(_, x)| x.0).collect(),
-        Node::Product(factors) => factors.iter().map(|(x, _)| x.0).collect(),
-        Node::Dot(u, v) | Node::Cross(u, v) => vec![u.0, v.0],
-        Node::Component(v, _) | Node::Norm(v) | Node::Rotate(_, _, v) | Node::VectorLet(v) => vec![v.0],
-        Node::Call(_, arguments) => arguments.iter().map(|x| x.0).collect(),
-        Node::Select(c, x, y) => vec![c.0, x.0, y.0],
-        Node::Let(x) => vec![x.0],
-        Node::VectorSum(terms) => terms.iter().map(|(_, v)| v.0).collect(),
-        Node::Scale(s, v) => vec![s.0, v.0],
-        Node::Pack(entries) => entries.iter().map(|x| x.0).collect(),
-        Node::VectorSelect(c, u, v) => vec![c.0, u.0, v.0],
-        Node::Compare(_, x, y) => vec![x.0, y.0],
-        Node::And(a, b) | Node::Or(a, b) => vec![a.0, b.0],
-        Node::Not(a) => vec![a.0],
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! In: nodes that read the pose. Out: nodes that read pose and velocity. The rate of a let is a let: `d` has `d_dot`.
 
-use super::lie::{Turned, Variable, operands, partial_of_call, partial_of_product};
+use super::lie::{Turned, Variable, partial_of_call, partial_of_product};
 use crate::bodies::{Role, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
@@ -60,7 +60,7 @@ impl Rates<'_> {
         let mut missing = BTreeSet::new();
         while let Some(index) = open.pop() {
             if !self.memo.contains_key(&index) && missing.insert(index) {
-                open.extend(operands(self.graph.node(index as usize)));
+                open.extend(self.graph.node(index as usize).operands());
             }
         }
         for index in missing {

@@ -6,7 +6,7 @@
 //! 2u×(u×v) on the stored quaternion, as a matrix where it serves several arms.
 
 use crate::bodies::Slot;
-use crate::derive::lie::{Lie, Variable, operands};
+use crate::derive::lie::{Lie, Variable};
 use crate::derive::matrix::Matrix;
 use crate::derive::{Combination, Derived};
 use crate::exact::Exact;
@@ -63,7 +63,7 @@ fn shared_rotations(derived: &Derived) -> BTreeSet<Slot> {
             Node::TurnVector(turn) => turn.iter().for_each(|(slot, _)| *arms.entry(*slot).or_default() += 3),
             _ => {}
         }
-        open.extend(operands(node));
+        open.extend(node.operands());
     }
     arms.into_iter().filter(|(_, n)| *n > 1).map(|(slot, _)| slot).collect()
 }
@@ -114,7 +114,7 @@ impl Lowering {
         let mut missing = BTreeSet::new();
         while let Some(index) = open.pop() {
             if !self.lowered.contains_key(&index) && missing.insert(index) {
-                open.extend(operands(self.lie.graph.node(index as usize)));
+                open.extend(self.lie.graph.node(index as usize).operands());
             }
         }
         for index in missing {
