@@ -2,6 +2,8 @@
 //!
 //! A block between `<!-- printed: NAME -->` and `<!-- end -->` belongs to this test. `FORCEC_BLESS=1` prints all blocks anew.
 
+#![cfg(feature = "cli")]
+
 use forcec::compile::{Compiled, Stages, compile};
 use forcec::diagnostic::Diagnostics;
 use forcec::identities::IDENTITIES;
