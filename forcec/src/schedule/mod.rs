@@ -169,7 +169,10 @@ impl Expression {
     pub fn operations(&self) -> Operations {
         let mut count = Operations::default();
         match self {
-            Expression::Negative(_) => count.neg = 1,
+            Expression::Negative(x) => {
+                count.neg =
+                    usize::from(!x.is_atom() || matches!(**x, Expression::Name(_) | Expression::Input(_)))
+            }
             Expression::Difference(_) => count.add = 1,
             Expression::Sum(terms) => {
                 count.add = terms.len() - 1;
