@@ -345,3 +345,19 @@ fn the_same_program_makes_the_same_text() {
         assert_eq!(targets::emit(&file(), target), targets::emit(&file(), target));
     }
 }
+
+#[test]
+#[ignore = "a measurement"]
+fn time_grows_in_proportion_to_the_size() {
+    for size in [10_000, 100_000, 1_000_000] {
+        let program = programs::random(3, size);
+        let live = program.live().into_iter().filter(|live| *live).count();
+        let start = std::time::Instant::now();
+        let schedule = schedule(&program);
+        let scheduled = start.elapsed();
+        let kernel = Kernel { name: "k".to_owned(), docs: vec![], formulas: vec![], schedule };
+        let lines = kernel.schedule.lines();
+        let text = targets::rust::kernel_module(&kernel, Precision::F64);
+        println!("{live} live nodes, {lines} lines: {scheduled:?}, printed {} bytes: {:?}", text.len(), start.elapsed());
+    }
+}
