@@ -358,6 +358,10 @@ fn time_grows_in_proportion_to_the_size() {
         let kernel = Kernel { name: "k".to_owned(), docs: vec![], formulas: vec![], schedule };
         let lines = kernel.schedule.lines();
         let text = targets::rust::kernel_module(&kernel, Precision::F64);
-        println!("{live} live nodes, {lines} lines: {scheduled:?}, printed {} bytes: {:?}", text.len(), start.elapsed());
+        println!(
+            "{live} live nodes, {lines} lines: {scheduled:?}, printed {} bytes: {:?}",
+            text.len(),
+            start.elapsed()
+        );
     }
 }
