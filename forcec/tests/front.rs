@@ -429,6 +429,23 @@ fn whole_program() {
     assert_eq!(warnings, [] as [&str; 0]);
 }
 
+#[test]
+fn forces_on_one_body() {
+    let numbers = agreed(
+        "#[force]\nfn wind(p: Particle, v: Vec3, k: Real) -> Vec3 { k * (v - p.velocity) }\n\
+         #[force]\nfn spin(a: Rigid, k: Real) -> Wrench { Wrench { force: Vec3::zeros(), torque: -k * a.angular_velocity } }\n\
+         #[force]\nfn one(a: Rigid, k: Real) -> (Wrench,) { (Wrench { force: k * a.velocity, torque: Vec3::z() },) }\n",
+    );
+    assert_eq!(numbers.iter().map(Vec::len).collect::<Vec<_>>(), [3, 6, 6]);
+}
+
+#[test]
+fn a_module_of_forces_is_read_in_place() {
+    let text = "//! Docs.\nuse a::b;\n#[forces]\npub mod joints {\n    use super::*;\n    #[energy]\n    fn f(a: Particle) -> Real { a.position.x }\n}\n";
+    let (file, checked) = accepted(text);
+    assert_eq!((file.docs, checked.definitions[0].name.as_str()), (vec!["Docs.".to_owned()], "f"));
+}
+
 // ---- warnings
 
 /// The messages of the warnings of an energy with this body.

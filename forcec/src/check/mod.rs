@@ -3,18 +3,23 @@
 //! In: a parsed file. Out: one [`Definition`] a force function, and warnings; or every message about names, types,
 //! shapes and ranges. Promise: what passes needs no further checks: later stages do not fail on it.
 
+mod assignments;
 mod builtins;
 mod calls;
 mod elaborator;
 mod expressions;
 mod forces;
+mod inline;
 mod matrices;
 mod names;
 mod operators;
+mod parts;
 mod program;
 mod quaternions;
 mod ranges;
+mod resolve;
 mod risks;
+mod rows;
 mod scope;
 mod statements;
 mod types;
