@@ -582,8 +582,11 @@ fn deep_and_long_inputs() {
     assert!(!survives(&"(".repeat(100_000)));
     assert!(!survives(&energy(&format!("{}x{}", "(".repeat(100_000), ")".repeat(100_000)))));
     assert!(!survives(&energy(&format!("{}x", "-".repeat(100_000)))));
-    assert!(survives(&energy(&format!("{}x", "-".repeat(30_000)))));
-    assert!(survives(&energy(&format!("{}x", "& ".repeat(30_000)))));
+    assert!(survives(&energy(&format!("{}x", "-".repeat(1500)))));
+    assert!(survives(&energy(&format!("{}x", "& ".repeat(1500)))));
+    assert!(!survives(&energy(&format!("x as {}Real", "&".repeat(39_000)))));
+    assert!(!survives(&energy(&format!("{}x", "<".repeat(39_000)))));
+    assert!(!survives(&energy(&format!("x as {}Real", "*const ".repeat(19_000)))));
     assert!(survives(&energy(&format!("{}x", "1.0 + ".repeat(15_000)))));
     let chain: String = (1..5000).map(|i| format!("else if x < {i}.0 {{ {i}.5 }} ")).collect();
     assert!(survives(&energy(&format!("if x < 0.0 {{ 0.5 }} {chain} else {{ 1.0 }}"))));
@@ -594,6 +597,12 @@ fn deep_and_long_inputs() {
     assert!(!survives(&energy("let mut s = 0.0; for i in 0..1_000_000_000 { s += x; } s")));
     assert!(!survives(&energy("let mut s = 0.0; for i in 0..10_000 { for j in 0..10_000 { s += x; } } s")));
     assert!(!survives(&energy("let a = [x; 1_000_000_000]; a[0]")));
+    assert!(!survives(&format!(
+        "#[energy]\nfn f(_a: Particle, x: {}Real{}) -> Real {{ 1.0 }}\n",
+        "[".repeat(250),
+        "; 2]".repeat(250)
+    )));
+    assert!(!survives(&format!("fn f(x: {}Real) -> Real {{ 1.0 }}\n", "&'a ".repeat(13_000))));
     let doubled: String = (1..60).map(|i| format!("let t{i} = (t{0}, t{0});", i - 1)).collect();
     assert!(!survives(&energy(&format!("let t0 = x; {doubled} x"))));
     let helpers: String =

@@ -30,7 +30,7 @@ pub use builtins::reference;
 use crate::definition::Definition;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::syntax::ast::{Expressions, File, FunctionKind};
-use crate::syntax::with_deep_stack;
+use crate::syntax::{report, with_deep_stack};
 use crate::vector::Graph;
 use elaborator::{Elaborator, Frame};
 use program::{FunctionType, Program};
@@ -75,7 +75,7 @@ fn check_here(file: &File) -> Result<Checked, Diagnostics> {
     // A mistake in a loop or in a helper is met many times; of the messages about one place the first is enough.
     let mut places = BTreeSet::new();
     let errors = errors.into_iter().filter(|error| error.span.is_none_or(|span| places.insert(span)));
-    Err(Diagnostics::new(file.source.clone(), errors.collect()))
+    Err(report(file.source.clone(), errors.collect()))
 }
 
 /// A function of a checked file on a graph that simplifies nothing: the reference for everything that is derived.

@@ -72,7 +72,7 @@ pub fn parse(source: &Source) -> Result<ast::File, Diagnostics> {
                 Ok(file) => return from_items(source.clone(), &file.attrs, &file.items, bytes_of),
             },
         };
-        Err(Diagnostics::new(source.clone(), list))
+        Err(report(source.clone(), list))
     })
 }
 
@@ -90,8 +90,22 @@ pub fn from_items(
         let Reader { docs, functions, constants, .. } = reader;
         Ok(ast::File { source, docs, functions, constants })
     } else {
-        Err(Diagnostics::new(source, reader.diagnostics))
+        Err(report(source, reader.diagnostics))
     }
+}
+
+/// More errors than these help nobody.
+const MOST_ERRORS: usize = 100;
+
+/// The errors of a stage, as many as can be read.
+pub(crate) fn report(source: Source, list: Vec<Diagnostic>) -> Diagnostics {
+    let mut report = Diagnostics::new(source, list);
+    let more = report.list.len().saturating_sub(MOST_ERRORS);
+    if more > 0 {
+        report.list.truncate(MOST_ERRORS);
+        report.list.push(Diagnostic::file(format!("{more} more errors are not shown")));
+    }
+    report
 }
 
 /// Where a token of a text that we tokenised stands.
