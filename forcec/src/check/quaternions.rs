@@ -37,6 +37,11 @@ pub(crate) fn parts(g: &mut Graph, q: &Quaternion) -> [Real; 4] {
         Quaternion::Parts(parts) => return *parts,
         Quaternion::Chain(chain) => chain,
     };
+    if g.simplifies() && !chain.is_empty() {
+        let (u, w) = g.turn(chain);
+        let [x, y, z] = [0, 1, 2].map(|axis| g.component(u, axis));
+        return [x, y, z, w];
+    }
     let mut product: Option<[Real; 4]> = None;
     for (slot, inverse) in chain.iter() {
         let mut factor = [0, 1, 2, 3].map(|offset| g.entry(Slot { offset: slot.offset + offset, ..*slot }));

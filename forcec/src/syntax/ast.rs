@@ -24,6 +24,17 @@ impl File {
     pub fn forces(&self) -> impl Iterator<Item = &Function> {
         self.functions.iter().filter(|f| f.kind != FunctionKind::Helper)
     }
+
+    /// The function of that name.
+    pub fn function(&self, name: &str) -> Option<&Function> {
+        self.functions.iter().find(|f| f.name.text == name)
+    }
+
+    /// The doc comment at the head of the file, a line each.
+    pub fn docs(&self) -> Vec<String> {
+        let lines = self.source.text.lines().map_while(|line| line.strip_prefix("//!"));
+        lines.map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end().to_owned()).collect()
+    }
 }
 
 /// An identifier and where it stands.

@@ -1,0 +1,255 @@
+//! From what the author states to F and its derivatives, on the vector graph.
+//!
+//! In: a checked [`Definition`]. Out: [`Derived`]: the generalised forces as vectors, and the variables along which
+//! ∂F/∂X and ∂F/∂V are to be formed. The mathematics is LANGUAGE.md §3: F = −Jᵀ(ks C + kd Ċ) for a constraint,
+//! F = −D E for an energy, F itself for a force.
+//!
+//! Where positions enter only through differences, and there are fewer of these than bodies that move, the differences
+//! are the variables and the bodies' blocks are copies and negated sums: action and reaction cost nothing.
+
+pub mod gradient;
+pub mod lie;
+pub mod matrix;
+pub mod rate;
+
+use crate::bodies::{Block, Role, Slot};
+use crate::definition::{Definition, Law, Row};
+use crate::exact::Exact;
+use crate::vector::{Graph, Node, Real, Vector};
+use gradient::gradient;
+use lie::{Lie, Variable};
+use rate::Rates;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Σ coefficient · item
+pub type Combination<T> = Vec<(Exact, T)>;
+
+/// The forces of a kernel and the variables of their derivatives.
+pub struct Derived {
+    /// The graph, and the derivatives on demand.
+    pub lie: Lie,
+    /// The generalised force on each block of the pose.
+    pub forces: Vec<(Block, Combination<Vector>)>,
+    /// For each block of the pose what moves with it.
+    pub pose: Vec<(Block, Combination<Variable>)>,
+    /// For each block of the velocity what moves with it.
+    pub velocity: Vec<(Block, Combination<Variable>)>,
+    /// Whether ∂F/∂X is symmetric by construction: an energy of positions alone.
+    pub symmetric: bool,
+    /// The variable whose adjoint a force is.
+    pub pieces: BTreeMap<Vector, Variable>,
+    /// The rows of C with their rates; empty for energies and forces.
+    pub rows: Vec<(Real, Real)>,
+}
+
+/// Derives forces from a definition.
+pub fn derive(definition: &Definition) -> Derived {
+    let mut graph = definition.graph.clone();
+    let bodies = graph.signature.clone();
+    let mut rows = Vec::new();
+    let mut reals = Vec::new();
+    let mut vectors = Vec::new();
+    let mut direct = BTreeMap::new();
+    let mut symmetric = false;
+    match &definition.law {
+        Law::Constraint { rows: constraint, unilateral, per_row } => {
+            let gains = Gains { first: bodies.parameters.len() - 2, per_row: *per_row };
+            let mut number = 0;
+            for row in constraint {
+                let count = row.count();
+                let name = |label: &str| {
+                    if constraint.len() == 1 { label.to_owned() } else { format!("{label}_{number}") }
+                };
+                match *row {
+                    Row::Vector(c) if !unilateral => {
+                        let c = graph.let_vector(&name("c"), c);
+                        let rate = Rates::new(&mut graph).vector(c);
+                        let rate = graph.let_vector(&name("c_dot"), rate);
+                        let stiff = gains.scale(&mut graph, 0, number, c);
+                        let damped = gains.scale(&mut graph, 1, number, rate);
+                        let multiplier = graph.vector_add(stiff, damped);
+                        let multiplier = graph.let_vector(&name("lambda"), multiplier);
+                        let opposite = graph.vector_neg(multiplier);
+                        vectors.push((c, opposite));
+                        for axis in 0..3 {
+                            rows.push((graph.component(c, axis), graph.component(rate, axis)));
+                        }
+                    }
+                    _ => {
+                        let parts = match *row {
+                            Row::Real(c) => vec![c],
+                            Row::Vector(v) => (0..3).map(|axis| graph.component(v, axis)).collect(),
+                        };
+                        for (k, c) in parts.into_iter().enumerate() {
+                            let label = if constraint.len() == 1 && count == 1 {
+                                String::new()
+                            } else {
+                                format!("_{}", number + k)
+                            };
+                            let c = graph.let_real(&format!("c{label}"), c);
+                            let rate = Rates::new(&mut graph).real(c);
+                            let rate = graph.let_real(&format!("c{label}_dot"), rate);
+                            let multiplier = gains.multiplier(&mut graph, number + k, c, rate, *unilateral);
+                            let multiplier = graph.let_real(&format!("lambda{label}"), multiplier);
+                            reals.push((c, graph.neg(multiplier)));
+                            rows.push((c, rate));
+                        }
+                    }
+                }
+                number += count;
+            }
+        }
+        Law::Energy(energy) => {
+            let opposite = graph.constant(-Exact::ONE);
+            reals.push((*energy, opposite));
+            symmetric = bodies.pose_blocks().iter().all(|block| block.role == Role::Position);
+        }
+        Law::Force(forces) => {
+            for (body, force) in forces.iter().enumerate() {
+                let body = body as u16;
+                direct.insert(Block { body, role: Role::Position }, force.force);
+                if let Some(torque) = force.torque {
+                    direct.insert(Block { body, role: Role::Orientation }, torque);
+                }
+            }
+        }
+    }
+    let frontier = frontier(
+        &graph,
+        reals
+            .iter()
+            .map(|r| r.0.index())
+            .chain(vectors.iter().map(|v| v.0.index()))
+            .chain(reals.iter().map(|r| r.1.index()).chain(vectors.iter().map(|v| v.1.index())))
+            .chain(direct.values().map(|v| v.index())),
+    );
+    let mut lie = Lie::new(graph, frontier);
+    let pose = columns(&lie, &bodies.pose_blocks());
+    let velocity = columns(&lie, &bodies.velocity_blocks());
+    let mut pieces = BTreeMap::new();
+    let forces = if direct.is_empty() {
+        let mut variables: Vec<Variable> = pose.iter().flat_map(|(_, c)| c.iter().map(|(_, v)| *v)).collect();
+        variables.sort();
+        variables.dedup();
+        let found = gradient(&mut lie, &reals, &vectors, &variables);
+        let found: BTreeMap<Variable, Vector> =
+            found.into_iter().map(|(variable, v)| (variable, named(&mut lie, variable, v))).collect();
+        pieces.extend(found.iter().map(|(variable, v)| (*v, *variable)));
+        let share = |(c, variable): &(Exact, Variable)| found.get(variable).map(|v| (c.clone(), *v));
+        pose.iter().map(|(block, moves)| (*block, moves.iter().filter_map(share).collect())).collect()
+    } else {
+        let blocks = bodies.pose_blocks().into_iter();
+        blocks.map(|block| (block, vec![(Exact::ONE, direct[&block])])).collect()
+    };
+    Derived { lie, forces, pose, velocity, symmetric, pieces, rows }
+}
+
+/// A force, named after what it acts on.
+fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
+    let signature = &lie.graph.signature;
+    let body = |slot: Slot| signature.bodies.get(slot.argument as usize).map_or("world", |b| b.name.as_str());
+    let name = match variable {
+        Variable::Triple(slot) => format!("force_{}", body(slot)),
+        Variable::Difference(first, second) => format!("force_{}_{}", body(first), body(second)),
+        Variable::Rotation(slot) => format!("torque_{}", body(slot)),
+    };
+    lie.graph.let_vector(&name, force)
+}
+
+/// Where a constraint's `stiffness` and `damping` stand.
+struct Gains {
+    first: usize,
+    per_row: bool,
+}
+
+impl Gains {
+    fn gain(&self, g: &mut Graph, which: usize, row: usize) -> Real {
+        let offset = if self.per_row { row as u32 } else { 0 };
+        let slot = g.signature.parameter_slot(self.first + which, offset);
+        g.entry(slot)
+    }
+
+    fn scale(&self, g: &mut Graph, which: usize, row: usize, v: Vector) -> Vector {
+        if !self.per_row {
+            let gain = self.gain(g, which, row);
+            return g.scale(gain, v);
+        }
+        let entries = [0, 1, 2].map(|axis| {
+            let gain = self.gain(g, which, row + axis);
+            let entry = g.component(v, axis as u8);
+            g.mul(gain, entry)
+        });
+        g.pack(entries)
+    }
+
+    /// ks C + kd Ċ; of a one-sided row min(ks C + kd Ċ, 0) where C < 0, else 0.
+    fn multiplier(&self, g: &mut Graph, row: usize, c: Real, rate: Real, unilateral: bool) -> Real {
+        let (stiffness, damping) = (self.gain(g, 0, row), self.gain(g, 1, row));
+        let (stiff, damped) = (g.mul(stiffness, c), g.mul(damping, rate));
+        let multiplier = g.add(stiff, damped);
+        if !unilateral {
+            return multiplier;
+        }
+        let multiplier = g.let_real("pull", multiplier);
+        let zero = g.zero();
+        let (touching, pushing) = (g.less(c, zero), g.less(multiplier, zero));
+        let active = g.and(touching, pushing);
+        g.select(active, multiplier, zero)
+    }
+}
+
+/// The differences that serve as variables: those of a role, if the role enters through nothing else, every difference
+/// is of two bodies, and there are fewer differences than bodies that move.
+fn frontier(graph: &Graph, roots: impl Iterator<Item = usize>) -> BTreeSet<(Slot, Slot)> {
+    let mut open: Vec<u32> = roots.map(|r| r as u32).collect();
+    let mut seen = vec![false; graph.len()];
+    let mut differences: BTreeMap<Role, BTreeSet<(Slot, Slot)>> = BTreeMap::new();
+    let mut bare = BTreeSet::new();
+    let mut moved: BTreeMap<Role, BTreeSet<u16>> = BTreeMap::new();
+    let role = |slot: Slot| graph.signature.role(slot);
+    while let Some(index) = open.pop() {
+        if std::mem::replace(&mut seen[index as usize], true) {
+            continue;
+        }
+        let node = graph.node(index as usize);
+        match *node {
+            Node::Triple(slot) | Node::Entry(slot) => bare.extend(role(slot)),
+            Node::Difference(first, second) => match (role(first), role(second)) {
+                (Some(a), Some(b)) if a == b => {
+                    differences.entry(a).or_default().insert((first, second));
+                    moved.entry(a).or_default().extend([first.argument, second.argument]);
+                }
+                (a, b) => bare.extend(a.into_iter().chain(b)),
+            },
+            _ => {}
+        }
+        open.extend(node.operands());
+    }
+    let usable =
+        |role: &Role, set: &BTreeSet<(Slot, Slot)>| !bare.contains(role) && set.len() < moved[role].len();
+    differences.into_iter().filter(|(role, set)| usable(role, set)).flat_map(|(_, set)| set).collect()
+}
+
+/// What moves with each block: its stored triple or orientation, or the differences it takes part in.
+fn columns(lie: &Lie, blocks: &[Block]) -> Vec<(Block, Combination<Variable>)> {
+    let mut columns = Vec::new();
+    for block in blocks {
+        let direct = lie.variable(block.body, block.role);
+        let mut moves = Vec::new();
+        if let Variable::Triple(slot) = direct {
+            for &(first, second) in &lie.frontier {
+                if first == slot {
+                    moves.push((Exact::ONE, Variable::Difference(first, second)));
+                }
+                if second == slot {
+                    moves.push((-Exact::ONE, Variable::Difference(first, second)));
+                }
+            }
+        }
+        if moves.is_empty() {
+            moves.push((Exact::ONE, direct));
+        }
+        columns.push((*block, moves));
+    }
+    columns
+}

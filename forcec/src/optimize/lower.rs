@@ -1,0 +1,567 @@
+//! From vectors to scalars: every node of the vector graph becomes reals, every block nine of them.
+//!
+//! In: [`Derived`] forces and the derivatives it forms on demand. Out: a [`Program`] on the canonical scalar graph.
+//! A block is lowered from its normal form s I + [k]× + Σ u vᵀ, or from the dense product it came from, whichever
+//! makes fewer new operations; an attempt that loses is rolled back. Rotations use one polynomial, v + 2w (u×v) +
+//! 2u×(u×v) on the stored quaternion, as a matrix where it serves several arms.
+
+use crate::bodies::Slot;
+use crate::derive::lie::{Lie, Variable};
+use crate::derive::matrix::Matrix;
+use crate::derive::{Combination, Derived};
+use crate::exact::Exact;
+use crate::scalar::{self, Id, Program};
+use crate::vector::{Node, Real, Vector};
+use rustc_hash::FxHashMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+type Dense = [[Id; 3]; 3];
+
+/// Lowers forces and derivatives.
+pub fn lower(derived: Derived) -> Program {
+    let signature = derived.lie.graph.signature.clone();
+    let shared = shared_rotations(&derived);
+    let mut lowering = Lowering {
+        lie: derived.lie,
+        scalar: scalar::Graph::default(),
+        lowered: FxHashMap::default(),
+        journal: Vec::new(),
+        dense: FxHashMap::default(),
+        shared,
+    };
+    let freedoms = signature.freedoms();
+    let mut force = Vec::with_capacity(freedoms);
+    for (_, pieces) in &derived.forces {
+        let parts: Vec<(Exact, [Id; 3])> =
+            pieces.iter().map(|(c, v)| (c.clone(), lowering.vector(*v))).collect();
+        for axis in 0..3 {
+            let terms = parts.iter().map(|(c, part)| (c.clone(), part[axis])).collect();
+            force.push(lowering.scalar.sum(Exact::ZERO, terms));
+        }
+    }
+    let mirrored = if derived.symmetric { Some(&derived.pieces) } else { None };
+    let dfdx = lowering.blocks(&derived.forces, &derived.pose, mirrored);
+    let dfdv = lowering.blocks(&derived.forces, &derived.velocity, None);
+    Program { signature, graph: lowering.scalar, force, dfdx, dfdv }
+}
+
+/// The stored quaternions that turn several arms.
+fn shared_rotations(derived: &Derived) -> BTreeSet<Slot> {
+    let graph = &derived.lie.graph;
+    let mut open: Vec<u32> =
+        derived.forces.iter().flat_map(|(_, pieces)| pieces.iter().map(|(_, v)| v.0)).collect();
+    let mut seen = vec![false; graph.len()];
+    let mut arms: BTreeMap<Slot, usize> = BTreeMap::new();
+    while let Some(index) = open.pop() {
+        if std::mem::replace(&mut seen[index as usize], true) {
+            continue;
+        }
+        let node = graph.node(index as usize);
+        match node {
+            Node::Rotate(quaternion, ..) => *arms.entry(*quaternion).or_default() += 1,
+            // Its derivatives turn three basis vectors.
+            Node::TurnVector(turn) => turn.iter().for_each(|(slot, _)| *arms.entry(*slot).or_default() += 3),
+            _ => {}
+        }
+        open.extend(node.operands());
+    }
+    arms.into_iter().filter(|(_, n)| *n > 1).map(|(slot, _)| slot).collect()
+}
+
+#[derive(Clone, Copy)]
+enum Lowered {
+    Real(Id),
+    Vector([Id; 3]),
+}
+
+struct Lowering {
+    lie: Lie,
+    scalar: scalar::Graph,
+    lowered: FxHashMap<u32, Lowered>,
+    /// Keys of `lowered` in the order they were added, so that an attempt can be undone.
+    journal: Vec<u32>,
+    dense: FxHashMap<(Vector, Variable), Dense>,
+    shared: BTreeSet<Slot>,
+}
+
+impl Lowering {
+    fn real(&mut self, x: Real) -> Id {
+        self.prepare(x.0);
+        self.id(x.0)
+    }
+
+    fn vector(&mut self, v: Vector) -> [Id; 3] {
+        self.prepare(v.0);
+        self.entries(v)
+    }
+
+    fn id(&self, index: u32) -> Id {
+        match self.lowered[&index] {
+            Lowered::Real(id) => id,
+            Lowered::Vector(_) => unreachable!("a real is one scalar"),
+        }
+    }
+
+    fn entries(&self, v: Vector) -> [Id; 3] {
+        match self.lowered[&v.0] {
+            Lowered::Vector(entries) => entries,
+            Lowered::Real(_) => unreachable!("a vector is three scalars"),
+        }
+    }
+
+    fn prepare(&mut self, root: u32) {
+        let mut open = vec![root];
+        let mut missing = BTreeSet::new();
+        while let Some(index) = open.pop() {
+            if !self.lowered.contains_key(&index) && missing.insert(index) {
+                open.extend(self.lie.graph.node(index as usize).operands());
+            }
+        }
+        for index in missing {
+            let lowered = self.lower_node(index);
+            if let Some(name) = self.lie.graph.name(index as usize) {
+                match lowered {
+                    Lowered::Real(id) => self.scalar.set_name(id, name),
+                    Lowered::Vector(entries) => {
+                        for (id, axis) in entries.into_iter().zip(["x", "y", "z"]) {
+                            self.scalar.set_name(id, &format!("{name}_{axis}"));
+                        }
+                    }
+                }
+            }
+            self.lowered.insert(index, lowered);
+            self.journal.push(index);
+        }
+    }
+
+    fn lower_node(&mut self, index: u32) -> Lowered {
+        let node = self.lie.graph.node(index as usize).clone();
+        match node {
+            Node::Triple(slot) => Lowered::Vector(
+                [0, 1, 2].map(|k| self.scalar.input(Slot { offset: slot.offset + k, ..slot })),
+            ),
+            Node::Difference(first, second) => Lowered::Vector([0, 1, 2].map(|k| {
+                let entry = |slot: Slot| Slot { offset: slot.offset + k, ..slot };
+                self.scalar.difference(entry(first), entry(second))
+            })),
+            Node::VectorSum(terms) => {
+                let parts: Vec<(Exact, [Id; 3])> =
+                    terms.iter().map(|(c, v)| (c.clone(), self.entries(*v))).collect();
+                Lowered::Vector([0, 1, 2].map(|k| {
+                    let terms = parts.iter().map(|(c, part)| (c.clone(), part[k])).collect();
+                    self.scalar.sum(Exact::ZERO, terms)
+                }))
+            }
+            Node::Scale(s, v) => {
+                let s = self.id(s.0);
+                Lowered::Vector(self.entries(v).map(|x| self.scalar.mul(s, x)))
+            }
+            Node::Cross(u, v) => {
+                let (u, v) = (self.entries(u), self.entries(v));
+                Lowered::Vector(self.cross(u, v))
+            }
+            Node::Rotate(quaternion, inverse, v) => {
+                let v = self.entries(v);
+                Lowered::Vector(self.rotate(quaternion, inverse, v))
+            }
+            Node::TurnVector(turn) => {
+                let [x, y, z, _] = self.turn(&turn);
+                Lowered::Vector([x, y, z])
+            }
+            Node::Pack(entries) => Lowered::Vector(entries.map(|x| self.id(x.0))),
+            Node::VectorSelect(condition, u, v) => {
+                let condition = self.id(condition.0);
+                let (u, v) = (self.entries(u), self.entries(v));
+                Lowered::Vector([0, 1, 2].map(|k| self.scalar.select(condition, u[k], v[k])))
+            }
+            Node::VectorLet(v) => Lowered::Vector(self.entries(v)),
+            _ => Lowered::Real(self.lower_real(&node)),
+        }
+    }
+
+    fn lower_real(&mut self, node: &Node) -> Id {
+        match node {
+            Node::Constant(value) => self.scalar.constant(value.clone()),
+            Node::Entry(slot) => self.scalar.input(*slot),
+            Node::Sum(constant, terms) => {
+                let terms = terms.iter().map(|(c, x)| (c.clone(), self.id(x.0))).collect();
+                self.scalar.sum(constant.clone(), terms)
+            }
+            Node::Product(factors) => {
+                let mut powers = Vec::with_capacity(factors.len());
+                for &(factor, exponent) in factors {
+                    let id = self.id(factor.0);
+                    let base = if exponent < 0 { self.scalar.recip(id) } else { id };
+                    powers.push((base, exponent.unsigned_abs()));
+                }
+                self.scalar.product(&powers)
+            }
+            Node::Dot(u, v) => {
+                let (u, v) = (self.entries(*u), self.entries(*v));
+                self.dot(u, v)
+            }
+            Node::Component(v, axis) => self.entries(*v)[*axis as usize],
+            Node::Norm(v) => {
+                let v = self.entries(*v);
+                let square = self.dot(v, v);
+                self.scalar.call(crate::ops::Function::Sqrt, &[square])
+            }
+            Node::TurnReal(turn) => self.turn(turn)[3],
+            Node::Call(function, arguments) => {
+                let arguments: Vec<Id> = arguments.iter().map(|x| self.id(x.0)).collect();
+                self.scalar.call(*function, &arguments)
+            }
+            Node::Select(condition, x, y) => {
+                let (condition, x, y) = (self.id(condition.0), self.id(x.0), self.id(y.0));
+                self.scalar.select(condition, x, y)
+            }
+            Node::Let(x) => self.id(x.0),
+            Node::Known(value) => self.scalar.known(*value),
+            Node::Compare(comparison, x, y) => {
+                let (x, y) = (self.id(x.0), self.id(y.0));
+                self.scalar.compare(*comparison, x, y)
+            }
+            Node::And(a, b) => {
+                let (a, b) = (self.id(a.0), self.id(b.0));
+                self.scalar.and(a, b)
+            }
+            Node::Or(a, b) => {
+                let (a, b) = (self.id(a.0), self.id(b.0));
+                self.scalar.or(a, b)
+            }
+            Node::Not(a) => {
+                let a = self.id(a.0);
+                self.scalar.not(a)
+            }
+            _ => unreachable!("{node:?} is no real"),
+        }
+    }
+
+    fn dot(&mut self, u: [Id; 3], v: [Id; 3]) -> Id {
+        let terms = (0..3).map(|k| (Exact::ONE, self.scalar.mul(u[k], v[k]))).collect();
+        self.scalar.sum(Exact::ZERO, terms)
+    }
+
+    fn cross(&mut self, u: [Id; 3], v: [Id; 3]) -> [Id; 3] {
+        [(1, 2), (2, 0), (0, 1)].map(|(j, k)| {
+            let (first, second) = (self.scalar.mul(u[j], v[k]), self.scalar.mul(u[k], v[j]));
+            self.scalar.sub(first, second)
+        })
+    }
+
+    /// The product of stored quaternions: (u, w)(v, s) = (w v + s u + u×v, w s − u·v).
+    fn turn(&mut self, turn: &[(Slot, bool)]) -> [Id; 4] {
+        let mut product: Option<([Id; 3], Id)> = None;
+        for (slot, inverse) in turn {
+            let [x, y, z, s] =
+                [0, 1, 2, 3].map(|k| self.scalar.input(Slot { offset: slot.offset + k, ..*slot }));
+            let v = if *inverse { [x, y, z].map(|entry| self.scalar.neg(entry)) } else { [x, y, z] };
+            product = Some(match product {
+                None => (v, s),
+                Some((u, w)) => {
+                    let across = self.cross(u, v);
+                    let vector = [0, 1, 2].map(|k| {
+                        let (first, second) = (self.scalar.mul(w, v[k]), self.scalar.mul(s, u[k]));
+                        self.scalar
+                            .sum(Exact::ZERO, [first, second, across[k]].map(|id| (Exact::ONE, id)).into())
+                    });
+                    let (straight, along) = (self.scalar.mul(w, s), self.dot(u, v));
+                    (vector, self.scalar.sub(straight, along))
+                }
+            });
+        }
+        let ([x, y, z], w) = product.expect("a product has factors");
+        [x, y, z, w]
+    }
+
+    /// v + 2w (u×v) + 2u×(u×v), or with −u for the inverse.
+    fn rotate(&mut self, quaternion: Slot, inverse: bool, v: [Id; 3]) -> [Id; 3] {
+        let [x, y, z, w] =
+            [0, 1, 2, 3].map(|k| self.scalar.input(Slot { offset: quaternion.offset + k, ..quaternion }));
+        let u = [x, y, z];
+        let two = Exact::from(2);
+        let double = u.map(|entry| self.scalar.scaled(two.clone(), entry));
+        if !self.shared.contains(&quaternion) {
+            let turned = if inverse { self.cross(v, double) } else { self.cross(double, v) };
+            let across = if inverse { self.cross(turned, u) } else { self.cross(u, turned) };
+            return [0, 1, 2].map(|k| {
+                let along = self.scalar.mul(w, turned[k]);
+                self.scalar.sum(Exact::ZERO, [v[k], along, across[k]].map(|id| (Exact::ONE, id)).into())
+            });
+        }
+        let matrix = self.rotation_matrix(u, double, w);
+        [0, 1, 2].map(|i| {
+            let row = [0, 1, 2].map(|j| if inverse { matrix[j][i] } else { matrix[i][j] });
+            self.dot(row, v)
+        })
+    }
+
+    /// The matrix of the same polynomial.
+    fn rotation_matrix(&mut self, u: [Id; 3], double: [Id; 3], w: Id) -> Dense {
+        let one = Exact::ONE;
+        let square = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.scalar.mul(u[i.min(j)], double[i.max(j)])));
+        let turn = double.map(|d| self.scalar.mul(w, d));
+        let mut matrix = square;
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let rest = vec![(-Exact::ONE, square[j][j]), (-Exact::ONE, square[k][k])];
+            matrix[i][i] = self.scalar.sum(one.clone(), rest);
+            matrix[i][j] = self.scalar.sub(square[i][j], turn[k]);
+            matrix[j][i] = self.scalar.add(square[i][j], turn[k]);
+        }
+        matrix
+    }
+
+    // ---- blocks
+
+    /// N rows of N entries from three-by-three blocks.
+    fn blocks(
+        &mut self,
+        forces: &[(crate::bodies::Block, Combination<Vector>)],
+        columns: &[(crate::bodies::Block, Combination<Variable>)],
+        mirrored: Option<&BTreeMap<Vector, Variable>>,
+    ) -> Vec<Vec<Id>> {
+        let mut entries = Vec::with_capacity(3 * forces.len());
+        for (_, pieces) in forces {
+            let mut rows: [Vec<Id>; 3] = Default::default();
+            for (_, moves) in columns {
+                let mut parts: Vec<(Exact, Dense)> = Vec::new();
+                for (c, piece) in pieces {
+                    for (d, variable) in moves {
+                        parts.push((c * d, self.block(*piece, *variable, mirrored)));
+                    }
+                }
+                for (i, row) in rows.iter_mut().enumerate() {
+                    for j in 0..3 {
+                        let terms = parts.iter().map(|(c, dense)| (c.clone(), dense[i][j])).collect();
+                        row.push(self.scalar.sum(Exact::ZERO, terms));
+                    }
+                }
+            }
+            entries.extend(rows);
+        }
+        entries
+    }
+
+    fn block(
+        &mut self,
+        piece: Vector,
+        variable: Variable,
+        mirrored: Option<&BTreeMap<Vector, Variable>>,
+    ) -> Dense {
+        let Some(pieces) = mirrored else { return self.best(piece, variable) };
+        let Some(own) = pieces.get(&piece) else { return self.best(piece, variable) };
+        let other = pieces.iter().find(|(_, v)| **v == variable).map(|(vector, _)| *vector);
+        match other {
+            Some(other) if *own > variable => transposed(self.best(other, *own)),
+            Some(_) if *own == variable => {
+                let dense = self.best(piece, variable);
+                [0, 1, 2].map(|i| [0, 1, 2].map(|j| dense[i.min(j)][i.max(j)]))
+            }
+            _ => self.best(piece, variable),
+        }
+    }
+
+    /// D of a vector as nine scalars, by the cheapest of the ways there are.
+    fn best(&mut self, vector: Vector, variable: Variable) -> Dense {
+        if let Some(dense) = self.dense.get(&(vector, variable)) {
+            return *dense;
+        }
+        let (coefficient, core) = self.lie.graph.split_vector(vector);
+        let core = match *self.lie.graph.node(core.index()) {
+            Node::VectorLet(inner) => inner,
+            _ => core,
+        };
+        let mut ways = vec![Way::Normal];
+        match self.lie.graph.node(core.index()) {
+            Node::VectorSum(terms) if terms.len() > 1 => ways.push(Way::Parts),
+            Node::Cross(..) => {
+                ways.extend(
+                    [(true, false), (false, true), (true, true), (false, false)]
+                        .map(|(p, q)| Way::Cross(p, q)),
+                );
+            }
+            _ => {}
+        }
+        let mut best = (usize::MAX, Way::Normal);
+        if ways.len() > 1 {
+            for &way in &ways {
+                let (nodes, journal, dense) = (self.scalar.len(), self.journal.len(), self.dense.clone());
+                self.lower_block(core, variable, way);
+                let cost = (nodes..self.scalar.len()).map(|i| self.scalar.cost(Id(i as u32)).total()).sum();
+                if cost < best.0 {
+                    best = (cost, way);
+                }
+                self.scalar.truncate(nodes);
+                for key in self.journal.drain(journal..) {
+                    self.lowered.remove(&key);
+                }
+                self.dense = dense;
+            }
+        }
+        let dense = self.lower_block(core, variable, best.1);
+        let dense = dense.map(|row| row.map(|id| self.scalar.scaled(coefficient.clone(), id)));
+        self.dense.insert((vector, variable), dense);
+        dense
+    }
+
+    fn lower_block(&mut self, vector: Vector, variable: Variable, way: Way) -> Dense {
+        match (way, self.lie.graph.node(vector.index()).clone()) {
+            (Way::Parts, Node::VectorSum(terms)) => {
+                let mut parts = Vec::new();
+                let mut rest = Vec::new();
+                for (c, term) in terms {
+                    if matches!(self.lie.graph.node(term.index()), Node::Cross(..)) {
+                        parts.push((c, self.best(term, variable)));
+                    } else {
+                        rest.push((c, term));
+                    }
+                }
+                if !rest.is_empty() {
+                    let rest = self.lie.graph.vector_sum(rest);
+                    parts.push((Exact::ONE, self.normal(rest, variable)));
+                }
+                self.sum_of_blocks(&parts)
+            }
+            (Way::Cross(first, second), Node::Cross(u, v)) => {
+                let mut parts = Vec::new();
+                for (fixed, moved, sign, dense) in [(u, v, Exact::ONE, first), (v, u, -Exact::ONE, second)] {
+                    let matrix = self.lie.matrix(moved, variable);
+                    if matrix.is_zero(&self.lie.graph) {
+                        continue;
+                    }
+                    let block = if dense {
+                        let inner = self.normal(moved, variable);
+                        let fixed = self.vector(fixed);
+                        let columns = transposed(inner).map(|column| self.cross(fixed, column));
+                        transposed(columns)
+                    } else {
+                        let matrix = matrix.cross_left(&mut self.lie.graph, fixed);
+                        self.matrix(&matrix)
+                    };
+                    parts.push((sign, block));
+                }
+                self.sum_of_blocks(&parts)
+            }
+            _ => self.normal(vector, variable),
+        }
+    }
+
+    fn sum_of_blocks(&mut self, parts: &[(Exact, Dense)]) -> Dense {
+        [0, 1, 2].map(|i| {
+            [0, 1, 2].map(|j| {
+                let terms = parts.iter().map(|(c, dense)| (c.clone(), dense[i][j])).collect();
+                self.scalar.sum(Exact::ZERO, terms)
+            })
+        })
+    }
+
+    fn normal(&mut self, vector: Vector, variable: Variable) -> Dense {
+        let matrix = self.lie.matrix(vector, variable);
+        self.matrix(&matrix)
+    }
+
+    /// s I + [k]× + Σ u vᵀ entry by entry. Where s holds −u·v the diagonal has two products fewer.
+    fn matrix(&mut self, matrix: &Matrix) -> Dense {
+        let mut identity = linear(&self.lie.graph, matrix.identity);
+        let mut products: Vec<Dense> = Vec::new();
+        let mut cancelled = Vec::new();
+        for &(u, v) in &matrix.outer {
+            let (left, right) = (self.vector(u), self.vector(v));
+            products.push(left.map(|x| right.map(|y| self.scalar.mul(x, y))));
+            let wanted = dot_terms(&mut self.lie.graph, u, v);
+            let cancels = !wanted.is_empty()
+                && wanted.iter().all(|(term, c)| identity.get(term).is_some_and(|have| have == &-c));
+            if cancels {
+                for term in wanted.keys() {
+                    identity.remove(term);
+                }
+            }
+            cancelled.push(cancels);
+        }
+        let rest = identity.into_iter().map(|(x, c)| (c, x)).collect();
+        let rest = self.lie.graph.sum(Exact::ZERO, rest);
+        let rest = self.real(rest);
+        let skew = self.vector(matrix.skew);
+        [0, 1, 2].map(|i| {
+            [0, 1, 2].map(|j| {
+                let mut terms = Vec::new();
+                if i == j {
+                    terms.push((Exact::ONE, rest));
+                    for (product, cancelled) in products.iter().zip(&cancelled) {
+                        if *cancelled {
+                            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                            let pair = self.scalar.add(product[j][j], product[k][k]);
+                            terms.push((-Exact::ONE, pair));
+                        } else {
+                            terms.push((Exact::ONE, product[i][i]));
+                        }
+                    }
+                } else {
+                    terms.extend(products.iter().map(|product| (Exact::ONE, product[i][j])));
+                    let sign = if (i + 1) % 3 == j { -Exact::ONE } else { Exact::ONE };
+                    terms.push((sign, skew[3 - i - j]));
+                }
+                self.scalar.sum(Exact::ZERO, terms)
+            })
+        })
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Way {
+    /// From the normal form.
+    Normal,
+    /// A sum term by term, each by its own best way.
+    Parts,
+    /// A cross product, each side as a dense product or from its normal form.
+    Cross(bool, bool),
+}
+
+fn transposed(dense: Dense) -> Dense {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| dense[j][i]))
+}
+
+/// A real as a linear combination of reals.
+fn linear(g: &crate::vector::Graph, x: Real) -> BTreeMap<Real, Exact> {
+    match g.node(x.index()) {
+        Node::Sum(constant, terms) if constant.is_zero() => {
+            terms.iter().map(|(c, x)| (*x, c.clone())).collect()
+        }
+        _ if g.is_zero(x) => BTreeMap::new(),
+        _ => BTreeMap::from([(x, Exact::ONE)]),
+    }
+}
+
+/// u·v as the linear combination that the rules of the algebra would have made of it.
+fn dot_terms(g: &mut crate::vector::Graph, u: Vector, v: Vector) -> BTreeMap<Real, Exact> {
+    let parts = |g: &crate::vector::Graph, v: Vector| match g.node(v.index()) {
+        Node::VectorSum(terms) => terms.to_vec(),
+        _ => vec![(Exact::ONE, v)],
+    };
+    let mut total: BTreeMap<Real, Exact> = BTreeMap::new();
+    for (c, x) in parts(g, u) {
+        for (d, y) in parts(g, v) {
+            let dot = g.dot(x, y);
+            let unscaled = |g: &crate::vector::Graph, v: Vector| match *g.node(v.index()) {
+                Node::Scale(s, inner) => Some((s, inner)),
+                _ => None,
+            };
+            let dot = match (unscaled(g, x), unscaled(g, y)) {
+                (None, None) => dot,
+                (a, b) => {
+                    let (one, p, q) = (g.one(), a.map_or(x, |a| a.1), b.map_or(y, |b| b.1));
+                    let scale = g.mul(a.map_or(one, |a| a.0), b.map_or(one, |b| b.0));
+                    let dot = g.dot(p, q);
+                    g.mul(scale, dot)
+                }
+            };
+            for (term, coefficient) in linear(g, dot) {
+                let entry = total.entry(term).or_insert(Exact::ZERO);
+                *entry = &*entry + &(&(&c * &d) * &coefficient);
+            }
+        }
+    }
+    total.retain(|_, c| !c.is_zero());
+    total
+}

@@ -1,0 +1,556 @@
+//! The network that factoring works on: every value a sum of signed products of other values.
+//!
+//! In: a [`Program`]. Out: a program that computes the same with fewer operations. Sums used once are part of their
+//! user, products used once too; what is used more than once, carries a name from the source or is an output is an
+//! atom. Numbers other than ±1 are atoms of their own, so that 2x is shared like any product. Pinned differences are
+//! leaves.
+
+use crate::exact::Exact;
+use crate::scalar::{Graph, Id, Node, Program};
+use indexmap::IndexSet;
+use rustc_hash::{FxBuildHasher, FxHashMap};
+use std::collections::BTreeMap;
+
+/// A value of the network.
+pub type Atom = u32;
+
+/// An interned product of atoms.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Monomial(u32);
+
+/// Products of atoms, each sorted, a power repeated; the empty one is 1.
+#[derive(Clone, Default)]
+pub struct Monomials(IndexSet<Box<[Atom]>, FxBuildHasher>);
+
+impl Monomials {
+    /// The id of a product; the atoms need not be sorted.
+    pub fn intern(&mut self, mut atoms: Vec<Atom>) -> Monomial {
+        atoms.sort_unstable();
+        Monomial(self.0.insert_full(atoms.into()).0 as u32)
+    }
+
+    /// The atoms of a product.
+    pub fn atoms(&self, monomial: Monomial) -> &[Atom] {
+        &self.0[monomial.0 as usize]
+    }
+
+    /// Number of atoms.
+    pub fn degree(&self, monomial: Monomial) -> usize {
+        self.atoms(monomial).len()
+    }
+
+    /// a / b, if b divides a.
+    pub fn quotient(&self, a: &[Atom], b: &[Atom]) -> Option<Vec<Atom>> {
+        let mut rest = Vec::with_capacity(a.len());
+        let mut j = 0;
+        for &atom in a {
+            if j < b.len() && b[j] == atom {
+                j += 1;
+            } else {
+                rest.push(atom);
+            }
+        }
+        (j == b.len()).then_some(rest)
+    }
+}
+
+/// Terms by product; coefficients are never zero.
+pub type Polynomial = BTreeMap<Monomial, Exact>;
+
+/// What an atom is.
+#[derive(Clone, Debug)]
+pub enum Value {
+    /// An input, a pinned difference, or a truth that is known.
+    Leaf(Id),
+    /// A number other than ±1.
+    Number(Exact),
+    /// Σ coefficient · product
+    Sum(Polynomial),
+    /// Any other node, its operands replaced by atoms.
+    Operation(Id, Box<[Atom]>),
+    /// Nothing any more.
+    Dead,
+}
+
+/// An output: a number, or a multiple of an atom.
+#[derive(Clone, Debug)]
+enum Output {
+    Number(Exact),
+    Multiple(Exact, Atom),
+}
+
+/// The network.
+pub struct Network {
+    /// The program it was made of: leaves and operations refer to its graph.
+    source: Program,
+    /// What each atom is.
+    pub values: Vec<Value>,
+    /// Products.
+    pub monomials: Monomials,
+    names: BTreeMap<Atom, String>,
+    numbers: FxHashMap<Exact, Atom>,
+    outputs: FxHashMap<Id, Output>,
+}
+
+type Terms = Vec<(Exact, Vec<Atom>)>;
+
+/// Sums of more terms are split.
+const LONGEST_SUM: usize = 24;
+
+struct Reader<'p> {
+    graph: &'p Graph,
+    uses: Vec<u32>,
+    terms: Vec<Terms>,
+    atoms: FxHashMap<Id, Atom>,
+    network: Network,
+}
+
+impl Network {
+    /// Reads a program.
+    pub fn new(program: &Program) -> Network {
+        let live = program.live();
+        let graph = &program.graph;
+        let mut uses = vec![0_u32; graph.len()];
+        for (id, node) in graph.iter().filter(|(id, _)| live[id.index()]) {
+            for operand in node.operands() {
+                // A multiple is no value of its own: who uses it uses what it multiplies.
+                let weight = if graph.split(id).1 != id { 0 } else { 1 };
+                let target = graph.split(operand).1;
+                uses[target.index()] += weight;
+            }
+        }
+        let mut seen = vec![false; graph.len()];
+        for output in program.outputs() {
+            let target = graph.split(output).1;
+            if !std::mem::replace(&mut seen[target.index()], true) {
+                uses[target.index()] += 1;
+            }
+        }
+        let network = Network {
+            source: Program { graph: graph.clone(), ..program.clone() },
+            values: Vec::new(),
+            monomials: Monomials::default(),
+            names: BTreeMap::new(),
+            numbers: FxHashMap::default(),
+            outputs: FxHashMap::default(),
+        };
+        let terms = vec![Vec::new(); graph.len()];
+        let mut reader = Reader { graph, uses, terms, atoms: FxHashMap::default(), network };
+        // A multiple has no terms of its own: its users read what it multiplies.
+        for (id, node) in graph.iter().filter(|(id, _)| live[id.index()] && graph.split(*id).1 == *id) {
+            reader.terms[id.index()] = reader.read(id, node);
+            if graph.name(id).is_some() {
+                reader.atom(id);
+            }
+        }
+        for output in program.outputs() {
+            if reader.network.outputs.contains_key(&output) {
+                continue;
+            }
+            let (coefficient, rest) = graph.split(output);
+            let value = match graph.value(rest) {
+                Some(number) => Output::Number(&coefficient * number),
+                None => Output::Multiple(coefficient, reader.atom(rest)),
+            };
+            reader.network.outputs.insert(output, value);
+        }
+        reader.network
+    }
+
+    /// A new atom.
+    pub fn define(&mut self, value: Value) -> Atom {
+        self.values.push(value);
+        (self.values.len() - 1) as Atom
+    }
+
+    /// Terms as a polynomial, numbers other than ±1 as atoms. A long sum becomes a sum of shorter ones, so that work
+    /// on one of its terms does not touch all others.
+    fn lift(&mut self, mut terms: Terms) -> Polynomial {
+        while terms.len() > LONGEST_SUM {
+            let mut shorter = Vec::with_capacity(terms.len() / LONGEST_SUM + 1);
+            for chunk in terms.chunks(LONGEST_SUM) {
+                let polynomial = self.lift(chunk.to_vec());
+                shorter.push((Exact::ONE, vec![self.define(Value::Sum(polynomial))]));
+            }
+            terms = shorter;
+        }
+        let mut polynomial = Polynomial::new();
+        for (coefficient, mut atoms) in terms {
+            let (sign, size) = (coefficient.is_negative(), coefficient.abs());
+            if !size.is_one() {
+                atoms.push(self.number(size));
+            }
+            let monomial = self.monomials.intern(atoms);
+            let unit = if sign { -Exact::ONE } else { Exact::ONE };
+            add_term(&mut polynomial, monomial, &unit);
+        }
+        polynomial
+    }
+
+    fn number(&mut self, value: Exact) -> Atom {
+        if let Some(&atom) = self.numbers.get(&value) {
+            return atom;
+        }
+        let atom = self.define(Value::Number(value.clone()));
+        self.numbers.insert(value, atom);
+        atom
+    }
+
+    /// The atoms an atom reads.
+    pub fn operands(&self, atom: Atom) -> Vec<Atom> {
+        match &self.values[atom as usize] {
+            Value::Sum(polynomial) => {
+                polynomial.keys().flat_map(|m| self.monomials.atoms(*m).iter().copied()).collect()
+            }
+            Value::Operation(_, atoms) => atoms.to_vec(),
+            _ => vec![],
+        }
+    }
+
+    /// Live atoms, operands first.
+    pub fn order(&self) -> Vec<Atom> {
+        let mut order = Vec::new();
+        let mut state = vec![0_u8; self.values.len()];
+        let mut roots: Vec<Atom> = self
+            .source
+            .outputs()
+            .filter_map(|id| match self.outputs[&id] {
+                Output::Multiple(_, atom) => Some(atom),
+                Output::Number(_) => None,
+            })
+            .collect();
+        roots.reverse();
+        while let Some(&atom) = roots.last() {
+            match state[atom as usize] {
+                0 => {
+                    state[atom as usize] = 1;
+                    let operands = self.operands(atom);
+                    roots.extend(operands.into_iter().rev().filter(|x| state[*x as usize] == 0));
+                }
+                1 => {
+                    state[atom as usize] = 2;
+                    order.push(atom);
+                    roots.pop();
+                }
+                _ => {
+                    roots.pop();
+                }
+            }
+        }
+        order
+    }
+
+    /// Removes atoms that are copies, merges those that are equal up to sign, drops dead ones.
+    pub fn sweep(&mut self) {
+        // What an atom became: a sign and an atom.
+        let mut became: FxHashMap<Atom, (bool, Atom)> = FxHashMap::default();
+        let mut sums: FxHashMap<Vec<(Monomial, Exact)>, (bool, Atom)> = FxHashMap::default();
+        let mut operations: FxHashMap<(Node, Box<[Atom]>), Atom> = FxHashMap::default();
+        let order = self.order();
+        for &atom in &order {
+            let value = std::mem::replace(&mut self.values[atom as usize], Value::Dead);
+            self.values[atom as usize] = match value {
+                Value::Sum(polynomial) => {
+                    let polynomial = self.replace(polynomial, &became);
+                    if let Some(copy) = self.copy_of(&polynomial) {
+                        became.insert(atom, copy);
+                    } else {
+                        let negative = polynomial.values().next().is_some_and(Exact::is_negative);
+                        let key = polynomial
+                            .iter()
+                            .map(|(m, c)| (*m, if negative { -c } else { c.clone() }))
+                            .collect::<Vec<_>>();
+                        match sums.get(&key) {
+                            Some(&(sign, same)) => {
+                                became.insert(atom, (sign != negative, same));
+                            }
+                            None => {
+                                sums.insert(key, (negative, atom));
+                            }
+                        }
+                    }
+                    Value::Sum(polynomial)
+                }
+                Value::Operation(id, atoms) => {
+                    let atoms: Box<[Atom]> = atoms
+                        .iter()
+                        .map(|&a| match became.get(&a) {
+                            Some(&(false, other)) => other,
+                            _ => a,
+                        })
+                        .collect();
+                    let key = (shape(self.source.graph.node(id)), atoms.clone());
+                    match operations.get(&key) {
+                        Some(&same) => {
+                            became.insert(atom, (false, same));
+                        }
+                        None => {
+                            operations.insert(key, atom);
+                        }
+                    }
+                    Value::Operation(id, atoms)
+                }
+                other => other,
+            };
+        }
+        for (old, (_, new)) in became_sorted(&became) {
+            if let Some(name) = self.names.get(&old).cloned() {
+                if !became[&old].0 {
+                    self.names.entry(new).or_insert(name);
+                }
+            }
+        }
+        let ids: Vec<Id> = self.source.outputs().collect();
+        for id in ids {
+            let output = self.outputs.get_mut(&id).expect("every output was read");
+            if let Output::Multiple(c, atom) = output {
+                if let Some(&(negative, other)) = became.get(atom) {
+                    *output = Output::Multiple(if negative { -&*c } else { c.clone() }, other);
+                }
+            }
+            if let Output::Multiple(c, atom) = output {
+                if let Value::Sum(polynomial) = &self.values[*atom as usize] {
+                    if polynomial.is_empty() {
+                        *output = Output::Number(Exact::ZERO);
+                    } else if let (1, Some((m, d))) = (polynomial.len(), polynomial.first_key_value()) {
+                        if self.monomials.degree(*m) == 0 {
+                            *output = Output::Number(&*c * d);
+                        }
+                    }
+                }
+            }
+        }
+        let mut still = vec![false; self.values.len()];
+        for atom in self.order() {
+            still[atom as usize] = true;
+        }
+        for (value, still) in self.values.iter_mut().zip(still) {
+            if !still && !matches!(value, Value::Number(_)) {
+                *value = Value::Dead;
+            }
+        }
+    }
+
+    fn replace(&mut self, polynomial: Polynomial, became: &FxHashMap<Atom, (bool, Atom)>) -> Polynomial {
+        let touched = |m: &Monomial| self.monomials.atoms(*m).iter().any(|a| became.contains_key(a));
+        if !polynomial.keys().any(touched) {
+            return polynomial;
+        }
+        let mut replaced = Polynomial::new();
+        for (monomial, coefficient) in polynomial {
+            let mut negative = false;
+            let mut atoms = Vec::new();
+            for &atom in self.monomials.atoms(monomial) {
+                let (sign, atom) = became.get(&atom).copied().unwrap_or((false, atom));
+                negative ^= sign;
+                atoms.push(atom);
+            }
+            let monomial = self.monomials.intern(atoms);
+            add_term(&mut replaced, monomial, &if negative { -coefficient } else { coefficient });
+        }
+        replaced
+    }
+
+    /// ± another atom, if that is all a polynomial is.
+    fn copy_of(&self, polynomial: &Polynomial) -> Option<(bool, Atom)> {
+        let (monomial, coefficient) = polynomial.first_key_value()?;
+        match (polynomial.len(), self.monomials.atoms(*monomial)) {
+            (1, &[atom]) if coefficient.is_unit() => match self.values[atom as usize] {
+                Value::Number(_) => None,
+                _ => Some((coefficient.is_negative(), atom)),
+            },
+            _ => None,
+        }
+    }
+
+    /// Writes the network back as a program.
+    pub fn program(&self) -> Program {
+        let mut graph = Graph::default();
+        let mut ids: Vec<Option<Id>> = vec![None; self.values.len()];
+        for atom in self.order() {
+            let id = match &self.values[atom as usize] {
+                Value::Leaf(id) => match self.source.graph.node(*id) {
+                    Node::Input(slot) => graph.input(*slot),
+                    Node::Difference(first, second) => graph.difference(*first, *second),
+                    Node::Known(value) => graph.known(*value),
+                    node => unreachable!("{node:?} is no leaf"),
+                },
+                Value::Number(value) => graph.constant(value.clone()),
+                Value::Sum(polynomial) => {
+                    let mut terms = Vec::with_capacity(polynomial.len());
+                    for (monomial, coefficient) in polynomial {
+                        let factors: Vec<(Id, u32)> = self
+                            .monomials
+                            .atoms(*monomial)
+                            .iter()
+                            .map(|a| (ids[*a as usize].expect("operands come first"), 1))
+                            .collect();
+                        terms.push((coefficient.clone(), graph.product(&factors)));
+                    }
+                    graph.sum(Exact::ZERO, terms)
+                }
+                Value::Operation(id, atoms) => {
+                    let operands: Vec<Id> =
+                        atoms.iter().map(|a| ids[*a as usize].expect("operands come first")).collect();
+                    rebuild(&mut graph, self.source.graph.node(*id), &operands)
+                }
+                Value::Dead => unreachable!("a dead atom is not live"),
+            };
+            if let Some(name) = self.names.get(&atom) {
+                graph.set_name(id, name);
+            }
+            ids[atom as usize] = Some(id);
+        }
+        let mut program = self.source.clone();
+        program.map_outputs(|id| match &self.outputs[&id] {
+            Output::Number(value) => graph.constant(value.clone()),
+            Output::Multiple(c, atom) => {
+                graph.scaled(c.clone(), ids[*atom as usize].expect("outputs are live"))
+            }
+        });
+        program.graph = graph;
+        program
+    }
+}
+
+fn became_sorted(became: &FxHashMap<Atom, (bool, Atom)>) -> BTreeMap<Atom, (bool, Atom)> {
+    became.iter().map(|(k, v)| (*k, *v)).collect()
+}
+
+/// Adds a term in place.
+pub fn add_term(polynomial: &mut Polynomial, monomial: Monomial, coefficient: &Exact) {
+    let entry = polynomial.entry(monomial).or_insert(Exact::ZERO);
+    *entry = &*entry + coefficient;
+    if entry.is_zero() {
+        polynomial.remove(&monomial);
+    }
+}
+
+/// A node without its operands: what two operations must share to be one.
+fn shape(node: &Node) -> Node {
+    let none = Id(0);
+    match node {
+        Node::Recip(_) => Node::Recip(none),
+        Node::Call(function, _) => Node::Call(*function, [].into()),
+        Node::Select(..) => Node::Select(none, none, none),
+        Node::Compare(comparison, ..) => Node::Compare(*comparison, none, none),
+        Node::And(..) => Node::And(none, none),
+        Node::Or(..) => Node::Or(none, none),
+        Node::Not(_) => Node::Not(none),
+        other => other.clone(),
+    }
+}
+
+/// The same operation on other operands.
+fn rebuild(graph: &mut Graph, node: &Node, operands: &[Id]) -> Id {
+    match (node, operands) {
+        (Node::Recip(_), &[x]) => graph.recip(x),
+        (Node::Call(function, _), arguments) => graph.call(*function, arguments),
+        (Node::Select(..), &[c, x, y]) => graph.select(c, x, y),
+        (Node::Compare(comparison, ..), &[x, y]) => graph.compare(*comparison, x, y),
+        (Node::And(..), &[a, b]) => graph.and(a, b),
+        (Node::Or(..), &[a, b]) => graph.or(a, b),
+        (Node::Not(_), &[a]) => graph.not(a),
+        _ => unreachable!("{node:?} is no operation"),
+    }
+}
+
+impl Reader<'_> {
+    /// The terms of a node in place; a node that stands for itself is read through [`Reader::atom`].
+    fn read(&mut self, id: Id, node: &Node) -> Terms {
+        match node {
+            Node::Constant(value) if value.is_zero() => vec![],
+            Node::Constant(value) => vec![(value.clone(), vec![])],
+            Node::Sum(constant, terms) => {
+                let mut flat = Vec::new();
+                if !constant.is_zero() {
+                    flat.push((constant.clone(), vec![]));
+                }
+                for (coefficient, term) in terms {
+                    let parts = self.inline(*term, true);
+                    if coefficient.is_one() && flat.is_empty() {
+                        flat = parts;
+                    } else {
+                        flat.extend(parts.into_iter().map(|(c, atoms)| (coefficient * &c, atoms)));
+                    }
+                }
+                flat
+            }
+            Node::Product(factors) => {
+                let mut coefficient = Exact::ONE;
+                let mut product = Vec::new();
+                for &(factor, exponent) in factors {
+                    let mut parts = self.inline(factor, false);
+                    let (c, atoms) = parts.pop().expect("a factor is not zero");
+                    coefficient = &coefficient * &c.powi(exponent as i32);
+                    for _ in 0..exponent {
+                        product.extend_from_slice(&atoms);
+                    }
+                }
+                vec![(coefficient, product)]
+            }
+            Node::Input(_) | Node::Difference(..) | Node::Known(_) => {
+                let atom = self.network.define(Value::Leaf(id));
+                if let Some(name) = self.graph.name(id) {
+                    self.network.names.insert(atom, name.to_owned());
+                }
+                self.atoms.insert(id, atom);
+                vec![(Exact::ONE, vec![atom])]
+            }
+            operation => {
+                let operands = operation.operands().into_iter().map(|x| self.atom(x)).collect();
+                let atom = self.network.define(Value::Operation(id, operands));
+                if let Some(name) = self.graph.name(id) {
+                    self.network.names.insert(atom, name.to_owned());
+                }
+                self.atoms.insert(id, atom);
+                vec![(Exact::ONE, vec![atom])]
+            }
+        }
+    }
+
+    /// A node's terms for use in a user: taken over where this is the only use, else the atom it is.
+    fn inline(&mut self, id: Id, sum: bool) -> Terms {
+        if let Some(&atom) = self.atoms.get(&id) {
+            return vec![(Exact::ONE, vec![atom])];
+        }
+        let (coefficient, rest) = self.graph.split(id);
+        if rest != id {
+            let parts = self.inline(rest, sum);
+            return parts.into_iter().map(|(c, atoms)| (&coefficient * &c, atoms)).collect();
+        }
+        let terms = &self.terms[id.index()];
+        let trivial = terms.len() == 1 && terms[0].1.len() <= 1;
+        let single = self.uses[id.index()] <= 1 && self.graph.name(id).is_none();
+        if trivial {
+            return terms.clone();
+        }
+        if single && (sum || terms.len() == 1) {
+            return std::mem::take(&mut self.terms[id.index()]);
+        }
+        vec![(Exact::ONE, vec![self.atom(id)])]
+    }
+
+    /// The atom a node is.
+    fn atom(&mut self, id: Id) -> Atom {
+        if let Some(&atom) = self.atoms.get(&id) {
+            return atom;
+        }
+        let multiple = self.graph.split(id).1 != id;
+        let terms =
+            if multiple { self.inline(id, true) } else { std::mem::take(&mut self.terms[id.index()]) };
+        if let [(c, atoms)] = terms.as_slice() {
+            if c.is_one() && atoms.len() == 1 {
+                self.atoms.insert(id, atoms[0]);
+                return atoms[0];
+            }
+        }
+        let polynomial = self.network.lift(terms);
+        let atom = self.network.define(Value::Sum(polynomial));
+        if let Some(name) = self.graph.name(id) {
+            self.network.names.insert(atom, name.to_owned());
+        }
+        self.atoms.insert(id, atom);
+        atom
+    }
+}

@@ -1,0 +1,150 @@
+//! Central differences in doubles, which know what they cannot tell.
+//!
+//! In: a kernel's own force and its derivatives at a state. Out: for every entry agreement, contradiction, or neither
+//! where noise and truncation hide it. Steps run from a tenth of the state's length down; the noise is the error bound
+//! of the force over the step, the truncation what halving the step changes. An answer counts only if no finer step
+//! contradicts it, so that a structure smaller than the step raises no false alarm.
+
+use super::layout::{Coordinate, Layout};
+use super::states::State;
+use super::tape::{Bounded, Tape};
+use crate::bodies::Role;
+
+/// What differences say about an entry.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Answer {
+    Agrees,
+    /// The difference, and how far it may be off.
+    Contradicts(f64, f64),
+    Unresolved,
+}
+
+/// Beyond this multiple of its own uncertainty a difference contradicts.
+const SAFETY: f64 = 10.0;
+/// An entry is resolved if the uncertainty is below this part of it …
+const RESOLVED: f64 = 1e-2;
+/// … or below this part of the largest entry of its array.
+const NEGLIGIBLE: f64 = 1e-6;
+const STEPS: i32 = 9;
+
+/// One quotient and its noise.
+#[derive(Clone, Copy)]
+struct Quotient {
+    value: f64,
+    noise: f64,
+}
+
+/// The answers for one array, row by row; `derivative` is the kernel's.
+pub(crate) fn compare(
+    force: &Tape,
+    layout: &Layout,
+    state: &State,
+    coordinates: &[Coordinate],
+    derivative: &[Bounded],
+) -> Vec<Answer> {
+    let rows = layout.pose.len();
+    let mut errors = vec![0.0; layout.length];
+    for coordinate in coordinates.iter().filter(|c| c.role == Role::Orientation) {
+        for k in 0..4 {
+            let at = coordinate.start + k;
+            errors[at] = 2.0 * f64::EPSILON * state.values[at].abs();
+        }
+    }
+    let noise: Vec<f64> = force.bounds(&state.values, &errors).iter().map(|f| f.error).collect();
+    let (_, choices) = force.values(&state.values);
+    let largest = derivative.iter().map(|k| k.value.abs()).fold(0.0, f64::max);
+    let mut answers = vec![Answer::Unresolved; derivative.len()];
+    for (column, coordinate) in coordinates.iter().enumerate() {
+        let moves_pose = matches!(coordinate.role, Role::Position | Role::Orientation);
+        let scale = if moves_pose { state.scale } else { 1.0 };
+        // Pairs of steps h and h/2, from coarse to fine.
+        let mut levels: Vec<Vec<(Quotient, Quotient)>> = Vec::new();
+        for level in 1..=STEPS {
+            let h = scale * 0.1f64.powi(level);
+            let pair = [h, h / 2.0].map(|h| quotients(force, &state.values, coordinate, h, &noise, choices));
+            if let [Some(coarse), Some(fine)] = pair {
+                levels.push(coarse.into_iter().zip(fine).collect());
+            }
+        }
+        for row in 0..rows {
+            let at = row * coordinates.len() + column;
+            let entries: Vec<(Quotient, Quotient)> = levels.iter().map(|level| level[row]).collect();
+            answers[at] = answer(&entries, derivative[at], largest);
+        }
+    }
+    answers
+}
+
+fn answer(levels: &[(Quotient, Quotient)], kernel: Bounded, largest: f64) -> Answer {
+    let uncertainty = |(coarse, fine): &(Quotient, Quotient)| {
+        2.0 * (coarse.value - fine.value).abs() + coarse.noise + fine.noise
+    };
+    let consistent = |index: usize| {
+        let (_, fine) = levels[index];
+        let own = uncertainty(&levels[index]);
+        levels[index + 1..].iter().all(|(c, f)| {
+            [c, f].iter().all(|finer| !((finer.value - fine.value).abs() > own + 2.0 * finer.noise))
+        })
+    };
+    let best = (0..levels.len())
+        .filter(|index| uncertainty(&levels[*index]).is_finite() && consistent(*index))
+        .min_by(|a, b| uncertainty(&levels[*a]).total_cmp(&uncertainty(&levels[*b])));
+    let Some(best) = best else { return Answer::Unresolved };
+    let value = levels[best].1.value;
+    let tolerance = uncertainty(&levels[best]) + kernel.error;
+    let error = (value - kernel.value).abs();
+    if !(error <= SAFETY * tolerance) && tolerance.is_finite() {
+        return Answer::Contradicts(value, SAFETY * tolerance);
+    }
+    let size = value.abs().max(kernel.value.abs());
+    if tolerance <= RESOLVED * size || tolerance <= NEGLIGIBLE * largest || value == kernel.value {
+        Answer::Agrees
+    } else {
+        Answer::Unresolved
+    }
+}
+
+/// (F(x + h) − F(x − h))/2h, or nothing where a branch lies between.
+fn quotients(
+    force: &Tape,
+    inputs: &[f64],
+    coordinate: &Coordinate,
+    h: f64,
+    noise: &[f64],
+    choices: u64,
+) -> Option<Vec<Quotient>> {
+    let (mut above, mut below) = (inputs.to_vec(), inputs.to_vec());
+    let width = moved(&mut above, coordinate, h) - moved(&mut below, coordinate, -h);
+    let (high, first) = force.values(&above);
+    let (low, second) = force.values(&below);
+    if first != choices || second != choices || width <= 0.0 {
+        return None;
+    }
+    let quotient = |((high, low), noise): ((f64, f64), &f64)| Quotient {
+        value: (high - low) / width,
+        // The bound is that of the middle; a step may double it.
+        noise: 4.0 * noise / width,
+    };
+    Some(high.into_iter().zip(low).zip(noise).map(quotient).collect())
+}
+
+/// Moves along a coordinate; the length of the step as doubles have it.
+fn moved(inputs: &mut [f64], coordinate: &Coordinate, h: f64) -> f64 {
+    let field = &mut inputs[coordinate.start..];
+    if coordinate.role != Role::Orientation {
+        let before = field[coordinate.axis];
+        field[coordinate.axis] = before + h;
+        return field[coordinate.axis] - before;
+    }
+    let (sine, cosine) = (h / 2.0).sin_cos();
+    let [x, y, z, w] = [field[0], field[1], field[2], field[3]];
+    let turn = match coordinate.axis {
+        0 => [w, -z, y, -x],
+        1 => [z, w, -x, -y],
+        _ => [-y, x, w, -z],
+    };
+    for (stored, (q, t)) in field.iter_mut().zip([x, y, z, w].into_iter().zip(turn)) {
+        *stored = q * cosine + t * sine;
+    }
+    h
+}

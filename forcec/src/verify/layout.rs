@@ -1,0 +1,88 @@
+//! A kernel's inputs as one row of numbers.
+//!
+//! In: a signature. Out: the place of every slot in a flat list of reals, arguments in order, fields in memory order;
+//! and the tangent coordinates with the places they move.
+
+use super::report::Inputs;
+use crate::bodies::{Role, Signature, Slot};
+
+/// The places of a signature's slots.
+pub(crate) struct Layout {
+    pub(crate) signature: Signature,
+    starts: Vec<Vec<usize>>,
+    pub(crate) length: usize,
+    /// The coordinates of the pose, in the order of the generalised forces.
+    pub(crate) pose: Vec<Coordinate>,
+    /// The coordinates of the velocity, in the same order.
+    pub(crate) velocity: Vec<Coordinate>,
+}
+
+/// One tangent coordinate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coordinate {
+    pub(crate) body: u16,
+    pub(crate) role: Role,
+    pub(crate) axis: usize,
+    /// Where the field that it moves starts.
+    pub(crate) start: usize,
+}
+
+impl Layout {
+    pub(crate) fn new(signature: &Signature) -> Layout {
+        let mut length = 0;
+        let mut place = |reals: usize| {
+            length += reals;
+            length - reals
+        };
+        let mut starts: Vec<Vec<usize>> = Vec::new();
+        for body in &signature.bodies {
+            starts.push(body.kind.row().fields.iter().map(|field| place(field.length as usize)).collect());
+        }
+        for parameter in &signature.parameters {
+            starts.push(vec![place(parameter.ty.length() as usize)]);
+        }
+        let mut layout =
+            Layout { signature: signature.clone(), starts, length, pose: Vec::new(), velocity: Vec::new() };
+        for (blocks, pose) in [(signature.pose_blocks(), true), (signature.velocity_blocks(), false)] {
+            let coordinates = blocks.iter().flat_map(|block| {
+                let slot = signature.body_slot(block.body, block.role);
+                let start = slot.map_or(0, |slot| layout.place(slot));
+                (0..3).map(move |axis| Coordinate { body: block.body, role: block.role, axis, start })
+            });
+            let coordinates: Vec<Coordinate> = coordinates.collect();
+            *(if pose { &mut layout.pose } else { &mut layout.velocity }) = coordinates;
+        }
+        layout
+    }
+
+    /// Where a slot stands.
+    pub(crate) fn place(&self, slot: Slot) -> usize {
+        self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
+    }
+
+    /// Where a body's field starts, if it has it.
+    pub(crate) fn field(&self, body: usize, role: Role) -> Option<usize> {
+        self.signature.body_slot(body as u16, role).map(|slot| self.place(slot))
+    }
+
+    /// Where a parameter starts.
+    pub(crate) fn parameter(&self, parameter: usize) -> usize {
+        self.starts[self.signature.bodies.len() + parameter][0]
+    }
+
+    /// Every field and parameter with its values, for people.
+    pub(crate) fn inputs(&self, values: &[f64]) -> Inputs {
+        let mut inputs = Vec::new();
+        for (b, body) in self.signature.bodies.iter().enumerate() {
+            for (field, &at) in body.kind.row().fields.iter().zip(&self.starts[b]) {
+                let name = format!("{}.{}", body.name, field.name);
+                inputs.push((name, values[at..at + field.length as usize].to_vec()));
+            }
+        }
+        for (p, parameter) in self.signature.parameters.iter().enumerate() {
+            let at = self.parameter(p);
+            inputs.push((parameter.name.clone(), values[at..at + parameter.ty.length() as usize].to_vec()));
+        }
+        Inputs(inputs)
+    }
+}

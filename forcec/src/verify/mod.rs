@@ -1,0 +1,405 @@
+//! Whether a kernel equals the mathematics of its source.
+//!
+//! In: a force function as it was written, and the scalar program made of it. Out: a [`Report`], the same for the same
+//! seed on every machine. At every state of six families the program's outputs are compared with the exact oracle
+//! (differences of the source in 320 bits), with central differences in doubles that know their noise, and with
+//! the invariants that the function has. The tolerance is a running error bound on the program's operations, so
+//! that rounding never fails a check and a wrong sign never hides behind a guess.
+
+pub(crate) mod big;
+mod differences;
+mod invariants;
+mod layout;
+mod mutate;
+mod oracle;
+mod render;
+mod report;
+mod source;
+mod states;
+mod tape;
+
+pub use mutate::{Mutation, apply, mutate, mutations};
+pub use render::{json, table};
+pub use report::{Array, Comparison, Coverage, Differences, Entry, Inputs, Invariant, Report, Verdict};
+pub use states::Family;
+
+use crate::bodies::{ParameterType, Role};
+use crate::definition::Definition;
+use crate::scalar::{Id, Program};
+use big::Big;
+use differences::Answer;
+use invariants::{Invariants, Seen};
+use layout::Layout;
+use oracle::{Columns, Oracle, Point, Singular};
+use report::ratio;
+use states::{Random, State, draw, excess};
+use tape::{Bounded, Tape};
+
+/// What is checked against what.
+pub struct Subject<'a> {
+    /// The function as it was written, in a graph made by [`crate::vector::Graph::verbatim`].
+    pub source: &'a Definition,
+    /// What the kernel computes.
+    pub program: &'a Program,
+}
+
+/// How to check.
+#[derive(Clone, Copy, Debug)]
+pub struct CheckOptions {
+    /// What the states are drawn from.
+    pub seed: u64,
+    /// How many states of each family.
+    pub states: usize,
+}
+
+impl Default for CheckOptions {
+    fn default() -> CheckOptions {
+        CheckOptions { seed: 1, states: 20 }
+    }
+}
+
+/// Draws for one state before it counts as passive: a one-sided constraint should push at every other state.
+const PASSIVE_DRAWS: usize = 40;
+/// States a family whose ∂F/∂X is compared entry by entry however dear that is; others may be compared along a direction.
+const FULL_STATES: usize = 2;
+/// What evaluations of the source may cost a kernel, in additions of 320 bits: about a second.
+const BUDGET: u64 = 10_000_000;
+/// States a family at which the turned state is compared.
+const TURNED_STATES: usize = 3;
+/// As many states are checked in all as this many families have.
+const LEAST_FAMILIES: usize = 5;
+/// A state is sharp if no tolerance exceeds this part of the largest entry.
+const SHARP: f64 = 1e-6;
+
+/// Checks one kernel.
+pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
+    let layout = Layout::new(&subject.program.signature);
+    let oracle = Oracle::new(subject.source, &layout);
+    let outputs: Vec<Id> = subject.program.outputs().collect();
+    let tape = Tape::new(subject.program, &layout, &outputs);
+    let force = Tape::new(subject.program, &layout, &subject.program.force);
+    let comparisons = Array::ALL.map(|array| Comparison {
+        array,
+        entries: 0,
+        failures: 0,
+        relative: 0.0,
+        worst: None,
+        sharp: 0,
+    });
+    let mut checker = Checker {
+        layout: &layout,
+        oracle: &oracle,
+        tape: &tape,
+        force: &force,
+        names: layout.signature.coordinate_names(),
+        comparisons: comparisons.to_vec(),
+        differences: Differences::default(),
+        invariants: Invariants::new(),
+    };
+    let mut coverage: Vec<Coverage> = Vec::new();
+    for family in Family::ALL {
+        let mut states = Coverage { family, checked: 0, singular: 0, active: 0 };
+        checker.family(&mut states, options.states, options);
+        coverage.push(states);
+    }
+    // What uncovered families leave out, random states make up for.
+    let least = LEAST_FAMILIES * options.states;
+    let checked: usize = coverage.iter().map(|c| c.checked).sum();
+    let random = &mut coverage[Family::Random as usize];
+    if checked < least && random.is_covered() {
+        checker.family(random, options.states + least - checked, options);
+    }
+    checker.report(subject, options, coverage)
+}
+
+struct Checker<'a> {
+    layout: &'a Layout,
+    oracle: &'a Oracle<'a>,
+    tape: &'a Tape,
+    force: &'a Tape,
+    names: Vec<String>,
+    comparisons: Vec<Comparison>,
+    differences: Differences,
+    invariants: Invariants,
+}
+
+/// The mathematics of one state.
+struct Exact<'o, 'd> {
+    point: Point<'o, 'd>,
+    dfdv: Columns,
+    /// Every column, or one along a direction.
+    dfdx: Columns,
+    direction: Option<Vec<f64>>,
+}
+
+/// How far inputs may be from what they stand for: the bits of a quaternion from length one.
+pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
+    let mut errors = vec![0.0; values.len()];
+    let mut quaternion = |at: usize| {
+        let excess = excess(&values[at..at + 4]).abs();
+        for k in at..at + 4 {
+            errors[k] = 2.0 * excess * values[k].abs();
+        }
+    };
+    for body in 0..layout.signature.bodies.len() {
+        if let Some(at) = layout.field(body, Role::Orientation) {
+            quaternion(at);
+        }
+    }
+    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+        let mut element = &parameter.ty;
+        while let ParameterType::Array(_, inner) = element {
+            element = inner;
+        }
+        if *element == ParameterType::Quaternion {
+            let length = parameter.ty.length() as usize;
+            (0..length).step_by(4).for_each(|k| quaternion(layout.parameter(p) + k));
+        }
+    }
+    errors
+}
+
+impl<'a> Checker<'a> {
+    /// Checks states of a family until so many are regular, or nine in ten are singular.
+    fn family(&mut self, coverage: &mut Coverage, states: usize, options: &CheckOptions) {
+        let family = coverage.family;
+        let mut passive = 0;
+        let mut number = coverage.checked + coverage.singular;
+        while coverage.checked < states && coverage.checked + coverage.singular < 10 * states {
+            number += 1;
+            let mut random = Random::new(seed(options.seed, family, number as u64));
+            let index = coverage.checked;
+            let state = draw(self.layout, self.oracle.is_constraint(), family, index, &mut random);
+            let full = index < FULL_STATES || self.oracle.cost() * (6 * options.states as u64) <= BUDGET;
+            let Ok(point) = self.oracle.point(&state) else {
+                coverage.singular += 1;
+                continue;
+            };
+            let pushes = point.pushes();
+            if !pushes && index % 2 == 0 && passive < PASSIVE_DRAWS * states {
+                passive += 1;
+                continue;
+            }
+            let Ok(exact) = self.exact(point, full, &mut random) else {
+                coverage.singular += 1;
+                continue;
+            };
+            coverage.checked += 1;
+            coverage.active += usize::from(pushes);
+            self.state(family, index, &state, &exact, &mut random);
+        }
+    }
+
+    fn exact(
+        &self,
+        point: Point<'a, 'a>,
+        full: bool,
+        random: &mut Random,
+    ) -> Result<Exact<'a, 'a>, Singular> {
+        let dfdv = point.dfdv()?;
+        if full {
+            let dfdx = point.dfdx()?;
+            return Ok(Exact { point, dfdv, dfdx, direction: None });
+        }
+        let sign = |random: &mut Random| if random.chance(2) { 1.0 } else { -1.0 };
+        let direction: Vec<f64> =
+            self.names.iter().map(|_| sign(random) * random.uniform(0.5, 1.0)).collect();
+        let dfdx = point.dfdx_along(&direction)?;
+        Ok(Exact { point, dfdv, dfdx, direction: Some(direction) })
+    }
+
+    fn state(&mut self, family: Family, index: usize, state: &State, exact: &Exact, random: &mut Random) {
+        let n = self.names.len();
+        let errors = input_errors(self.layout, &state.values);
+        let outputs = self.tape.bounds(&state.values, &errors);
+        let (force, matrices) = outputs.split_at(n);
+        let (dfdx, dfdv) = matrices.split_at(n * n);
+        let column = std::slice::from_ref(&exact.point.force);
+        self.compare(Array::Force, family, state, force, column, exact.point.noise);
+        self.compare(Array::Dfdv, family, state, dfdv, &exact.dfdv.columns, exact.dfdv.noise);
+        let along = exact.direction.as_ref().map(|direction| self.along(direction, dfdx, &exact.dfdx));
+        match along {
+            None => self.compare(Array::Dfdx, family, state, dfdx, &exact.dfdx.columns, exact.dfdx.noise),
+            // Where a direction shows an error, the entries name it.
+            Some(false) => match exact.point.dfdx() {
+                Ok(all) => self.compare(Array::Dfdx, family, state, dfdx, &all.columns, all.noise),
+                Err(_) => self.comparisons[Array::Dfdx as usize].failures += 1,
+            },
+            Some(true) => self.comparisons[Array::Dfdx as usize].entries += n,
+        }
+        for (array, coordinates, derivative) in
+            [(Array::Dfdx, &self.layout.pose, dfdx), (Array::Dfdv, &self.layout.velocity, dfdv)]
+        {
+            let answers = differences::compare(self.force, self.layout, state, coordinates, derivative);
+            for (at, answer) in answers.into_iter().enumerate() {
+                self.difference(array, family, state, at, derivative[at], answer);
+            }
+        }
+        let seen = Seen {
+            oracle: self.oracle,
+            layout: self.layout,
+            tape: self.tape,
+            names: &self.names,
+            point: &exact.point,
+            state,
+            family,
+            outputs: &outputs,
+            errors: &errors,
+        };
+        self.invariants.see(&seen, (index < TURNED_STATES).then_some(random));
+    }
+
+    /// The name of an entry.
+    fn name(&self, array: Array, row: usize, column: usize) -> String {
+        let names = &self.names;
+        match array {
+            Array::Force => format!("{array}[{}]", names[row]),
+            Array::Dfdx | Array::Dfdv => format!("{array}[{}][{}]", names[row], names[column]),
+        }
+    }
+
+    /// Compares an array entry by entry; the kernel's stands row by row, the exact one column by column.
+    fn compare(
+        &mut self,
+        array: Array,
+        family: Family,
+        state: &State,
+        kernel: &[Bounded],
+        exact: &[Vec<Big>],
+        noise: f64,
+    ) {
+        let width = exact.len();
+        let sizes = exact.iter().flatten().map(|x| x.to_f64().abs()).filter(|x| *x > noise);
+        let largest = sizes.fold(0.0, f64::max);
+        // 2⁻⁶⁰ of the largest stands for the truncation of the oracle's own quotients, which is far smaller.
+        let slack = noise + largest * 2f64.powi(-60);
+        let mut widest = 0.0f64;
+        for (column, exact) in exact.iter().enumerate() {
+            for (row, exact) in exact.iter().enumerate() {
+                let computed = kernel[row * width + column];
+                let mut error = (exact.clone() - Big::from_f64(computed.value)).to_f64().abs();
+                if !error.is_finite() {
+                    error = f64::INFINITY;
+                }
+                let tolerance = computed.error * 1.001 + slack;
+                widest = widest.max(tolerance);
+                let fails = !(error <= tolerance);
+                let relative = match largest {
+                    _ if error <= slack => 0.0,
+                    0.0 => f64::INFINITY,
+                    largest => error / largest,
+                };
+                let here = ratio(error, tolerance);
+                let comparison = &self.comparisons[array as usize];
+                let is_worst = comparison.worst.as_ref().is_none_or(|worst| here > worst.ratio());
+                let entry = is_worst.then(|| Entry {
+                    name: self.name(array, row, column),
+                    expected: exact.to_f64(),
+                    computed: computed.value,
+                    error,
+                    tolerance,
+                    family,
+                    inputs: self.layout.inputs(&state.values),
+                });
+                let comparison = &mut self.comparisons[array as usize];
+                comparison.entries += 1;
+                comparison.failures += usize::from(fails);
+                comparison.relative = comparison.relative.max(relative);
+                if entry.is_some() {
+                    comparison.worst = entry;
+                }
+            }
+        }
+        if family.is_ordinary() && widest <= SHARP * largest + slack {
+            self.comparisons[array as usize].sharp += 1;
+        }
+    }
+
+    /// Whether ∂F/∂X along a direction is the exact one, within the tolerances of its entries.
+    fn along(&self, direction: &[f64], kernel: &[Bounded], exact: &Columns) -> bool {
+        let n = direction.len();
+        let column = &exact.columns[0];
+        let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+        let slack = exact.noise + largest * 2f64.powi(-60);
+        column.iter().enumerate().all(|(row, exact)| {
+            let mut sum = Big::zero();
+            let mut tolerance = slack;
+            for (entry, t) in kernel[row * n..(row + 1) * n].iter().zip(direction) {
+                sum = sum + Big::from_f64(entry.value) * Big::from_f64(*t);
+                tolerance += entry.error * t.abs() * 1.001;
+            }
+            (exact.clone() - sum).to_f64().abs() <= tolerance
+        })
+    }
+
+    fn difference(
+        &mut self,
+        array: Array,
+        family: Family,
+        state: &State,
+        at: usize,
+        kernel: Bounded,
+        answer: Answer,
+    ) {
+        match answer {
+            Answer::Agrees => self.differences.agree += 1,
+            Answer::Unresolved => self.differences.unresolved += 1,
+            Answer::Contradicts(value, tolerance) => {
+                self.differences.disagree += 1;
+                let error = (value - kernel.value).abs();
+                let here = ratio(error, tolerance);
+                if self.differences.worst.as_ref().is_none_or(|worst| here > worst.ratio()) {
+                    let n = self.names.len();
+                    self.differences.worst = Some(Entry {
+                        name: self.name(array, at / n, at % n),
+                        expected: value,
+                        computed: kernel.value,
+                        error,
+                        tolerance,
+                        family,
+                        inputs: self.layout.inputs(&state.values),
+                    });
+                }
+            }
+        }
+    }
+
+    fn report(self, subject: &Subject, options: &CheckOptions, coverage: Vec<Coverage>) -> Report {
+        let invariants = self.invariants.finish(self.oracle);
+        let mut problems = Vec::new();
+        let covered = coverage.iter().filter(|c| c.is_covered());
+        let active: usize = covered.clone().map(|c| c.active).sum();
+        if covered.count() == 0 {
+            problems.push("no family has regular states: nothing was checked".to_owned());
+        } else if active == 0 {
+            problems.push("no state was found at which a row pushes: only zeros were checked".to_owned());
+        }
+        let ordinary = coverage.iter().any(|c| c.family.is_ordinary() && c.is_covered());
+        for comparison in self.comparisons.iter().filter(|c| ordinary && c.sharp == 0) {
+            problems.push(format!(
+                "rounding may reach a millionth of {} at every state of order one: the kernel loses too many digits \
+                 to be checked",
+                comparison.array
+            ));
+        }
+        let failures: usize = self.comparisons.iter().map(|c| c.failures).sum();
+        let violated = invariants.iter().any(|i| i.verdict == Verdict::Violated);
+        let passed = problems.is_empty() && failures == 0 && self.differences.disagree == 0 && !violated;
+        Report {
+            kernel: subject.source.name.clone(),
+            seed: options.seed,
+            coverage,
+            comparisons: self.comparisons,
+            differences: self.differences,
+            invariants,
+            problems,
+            passed,
+        }
+    }
+}
+
+/// The seed of one draw.
+fn seed(seed: u64, family: Family, number: u64) -> u64 {
+    let mut random = Random::new(seed ^ ((family as u64) << 56) ^ (number << 32));
+    random.next()
+}

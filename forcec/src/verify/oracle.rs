@@ -1,0 +1,523 @@
+//! The exact oracle: force and derivatives from the source expression, by differences in 320 bits.
+//!
+//! In: a verbatim definition and a state. Out: F, ∂F/∂X and ∂F/∂V as LANGUAGE.md §3 defines them, to about thirty digits.
+//! Nothing is shared with derivation or optimisation: C, E or F is evaluated as written, J is the difference quotient
+//! along each tangent coordinate, x ← x + δx and q ← exp(δθ/2) q, and ∂F/∂X is the difference quotient of that F.
+//! With steps of 2⁻¹⁰⁴ one-sided quotients leave 2⁻¹⁰⁴ from truncation and about 2⁻¹¹⁰ from rounding, both far below a
+//! double's 2⁻⁵³, and about N + N²/2 evaluations of C, each of what
+//! depends on the coordinates that moved, serve all of ∂F/∂X.
+
+use super::big::{BITS, Big};
+use super::layout::{Coordinate, Layout};
+use super::source::{self, Fields, Source, Values, field_bit};
+use super::states::State;
+use crate::bodies::{Role, Slot};
+use crate::definition::{Definition, Law, Row};
+use std::collections::BTreeMap;
+
+/// Steps are 2 to the minus this.
+const STEP: i32 = 104;
+
+/// The source of a kernel, ready to be differentiated.
+pub(crate) struct Oracle<'d> {
+    layout: &'d Layout,
+    source: Source<'d, Big>,
+    outputs: Vec<Output>,
+    law: Statement,
+    /// The bit of the field that each coordinate moves.
+    pose_bits: Vec<Fields>,
+    velocity_bits: Vec<Fields>,
+}
+
+/// A node that is one row or three.
+#[derive(Clone, Copy)]
+enum Output {
+    Real(usize),
+    Vector(usize),
+}
+
+/// What the rows are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Statement {
+    Constraint { unilateral: bool, per_row: bool },
+    Energy,
+    Force,
+}
+
+/// Why a state says nothing.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Singular {
+    /// A value or derivative does not exist.
+    Value,
+    /// The stencil lies on both sides of a branch.
+    Branch,
+}
+
+/// The mathematics of one state.
+pub(crate) struct Point<'o, 'd> {
+    oracle: &'o Oracle<'d>,
+    inputs: Vec<Big>,
+    values: Values<'static, Big>,
+    rows: Vec<Big>,
+    /// ∂row/∂coordinate; for a force law empty.
+    jacobian: Vec<Vec<Big>>,
+    /// λ; 1 for an energy.
+    multipliers: Vec<Big>,
+    activity: Vec<bool>,
+    /// F.
+    pub(crate) force: Vec<Big>,
+    /// The size of what rounding in 320 bits leaves in F.
+    pub(crate) noise: f64,
+}
+
+/// Columns of ∂F/∂X or ∂F/∂V, each along a direction of the tangent space, with what rounding leaves in them.
+pub(crate) struct Columns {
+    pub(crate) columns: Vec<Vec<Big>>,
+    pub(crate) noise: f64,
+}
+
+/// The rows after a step along each of two coordinates, where the order of the steps does not matter: all pairs but two
+/// turns of one body.
+#[derive(Default)]
+struct TwoSteps(BTreeMap<(usize, usize), Vec<Big>>);
+
+impl TwoSteps {
+    fn keep(&mut self, pose: &[Coordinate], first: usize, second: usize, rows: &[Big]) {
+        let turns = pose[first].role == Role::Orientation && pose[first].start == pose[second].start;
+        if second > first && !turns {
+            self.0.insert((first, second), rows.to_vec());
+        }
+    }
+
+    fn take(&mut self, first: usize, second: usize) -> Option<Vec<Big>> {
+        self.0.remove(&(second, first))
+    }
+}
+
+impl<'d> Oracle<'d> {
+    pub(crate) fn new(definition: &'d Definition, layout: &'d Layout) -> Oracle<'d> {
+        let (outputs, law): (Vec<Output>, Statement) = match &definition.law {
+            Law::Constraint { rows, unilateral, per_row } => {
+                let output = |row: &Row| match row {
+                    Row::Real(x) => Output::Real(x.index()),
+                    Row::Vector(v) => Output::Vector(v.index()),
+                };
+                let law = Statement::Constraint { unilateral: *unilateral, per_row: *per_row };
+                (rows.iter().map(output).collect(), law)
+            }
+            Law::Energy(energy) => (vec![Output::Real(energy.index())], Statement::Energy),
+            Law::Force(forces) => {
+                let blocks = forces.iter().flat_map(|f| std::iter::once(f.force).chain(f.torque));
+                (blocks.map(|v| Output::Vector(v.index())).collect(), Statement::Force)
+            }
+        };
+        let wanted = outputs.iter().map(|output| match output {
+            Output::Real(node) | Output::Vector(node) => *node,
+        });
+        let bits = |coordinates: &[Coordinate]| -> Vec<Fields> {
+            let bit = |c: &Coordinate| {
+                let slot = layout.signature.body_slot(c.body, c.role);
+                slot.map_or(0, |slot: Slot| field_bit(layout, slot))
+            };
+            coordinates.iter().map(bit).collect()
+        };
+        Oracle {
+            layout,
+            source: Source::new(&definition.graph, layout, wanted),
+            outputs,
+            law,
+            pose_bits: bits(&layout.pose),
+            velocity_bits: bits(&layout.velocity),
+        }
+    }
+
+    /// About what every column of ∂F/∂X costs at one state, in additions of 320 bits.
+    pub(crate) fn cost(&self) -> u64 {
+        let n = self.layout.pose.len() as u64;
+        match self.law {
+            Statement::Force => n * self.source.cost(),
+            // Half of the pairs of steps, and each evaluates about half of the source.
+            _ => n * n / 4 * self.source.cost() + 4 * n * n * self.outputs.len() as u64,
+        }
+    }
+
+    /// Whether the rows are those of a constraint.
+    pub(crate) fn is_constraint(&self) -> bool {
+        matches!(self.law, Statement::Constraint { .. })
+    }
+
+    /// Whether the function is an energy.
+    pub(crate) fn is_energy(&self) -> bool {
+        self.law == Statement::Energy
+    }
+
+    /// F and what leads to it, at a state.
+    pub(crate) fn point(&self, state: &State) -> Result<Point<'_, 'd>, Singular> {
+        self.point_at(state.values.iter().map(|x| Big::from_f64(*x)).collect())
+    }
+
+    /// The same at inputs given to all bits.
+    pub(crate) fn point_at(&self, inputs: Vec<Big>) -> Result<Point<'_, 'd>, Singular> {
+        let values = self.source.evaluate(&inputs);
+        let rows = self.rows(&values);
+        if values.singular || !all_finite(&rows) {
+            return Err(Singular::Value);
+        }
+        let mut largest = inputs.iter().filter_map(Big::exponent).max().unwrap_or(0);
+        for value in values.own() {
+            largest = match value {
+                source::Value::Real(x) => x.exponent().map_or(largest, |e| e.max(largest)),
+                source::Value::Vector(v) => v.iter().filter_map(Big::exponent).fold(largest, i32::max),
+                source::Value::Truth(_) => largest,
+            };
+        }
+        let noise = 2f64.powi(largest.clamp(-500, 500)) * 2f64.powi(10 - BITS as i32);
+        let mut point = Point {
+            oracle: self,
+            inputs,
+            values,
+            rows,
+            jacobian: Vec::new(),
+            multipliers: Vec::new(),
+            activity: Vec::new(),
+            force: Vec::new(),
+            noise,
+        };
+        if self.law == Statement::Force {
+            point.force = point.rows.clone();
+            return Ok(point);
+        }
+        point.jacobian = point.jacobian_at(&point.values, &point.inputs, &point.rows, None)?;
+        let velocities = self.velocities(&point.inputs);
+        (point.multipliers, point.activity) =
+            self.multipliers(&point.inputs, &point.rows, &point.jacobian, &velocities);
+        point.force = self.force(&point.jacobian, &point.multipliers);
+        // A row is off by `noise`, an entry of J by noise/step: what that does to F.
+        let size = |x: &Big| x.to_f64().abs();
+        let entry = point.jacobian.iter().flatten().map(size).fold(0.0, f64::max);
+        let push: f64 = point.multipliers.iter().map(size).sum();
+        let speed: f64 = velocities.iter().map(size).sum();
+        let gains: f64 = (0..point.rows.len())
+            .map(|row| self.gains(&point.inputs, row))
+            .map(|(stiffness, damping)| size(&stiffness) + size(&damping) * speed)
+            .sum();
+        point.noise = noise * 2f64.powi(STEP + 1) * (1.0 + push + entry * gains);
+        if !all_finite(&point.force) || !point.noise.is_finite() {
+            return Err(Singular::Value);
+        }
+        Ok(point)
+    }
+
+    fn rows(&self, values: &Values<Big>) -> Vec<Big> {
+        let mut rows = Vec::new();
+        for output in &self.outputs {
+            match *output {
+                Output::Real(node) => rows.push(self.source.get(values, node).real().clone()),
+                Output::Vector(node) => {
+                    rows.extend(self.source.get(values, node).vector().iter().cloned());
+                }
+            }
+        }
+        rows
+    }
+
+    fn velocities(&self, inputs: &[Big]) -> Vec<Big> {
+        self.layout.velocity.iter().map(|c| inputs[c.start + c.axis].clone()).collect()
+    }
+
+    /// ks and kd of a row; zero for what is no constraint.
+    fn gains(&self, inputs: &[Big], row: usize) -> (Big, Big) {
+        let Statement::Constraint { per_row, .. } = self.law else { return (Big::zero(), Big::zero()) };
+        let parameters = self.layout.signature.parameters.len();
+        let offset = if per_row { row } else { 0 };
+        let gain = |parameter: usize| inputs[self.layout.parameter(parameter) + offset].clone();
+        (gain(parameters - 2), gain(parameters - 1))
+    }
+
+    /// λ of every row, and whether it pushes.
+    fn multipliers(
+        &self,
+        inputs: &[Big],
+        rows: &[Big],
+        jacobian: &[Vec<Big>],
+        velocities: &[Big],
+    ) -> (Vec<Big>, Vec<bool>) {
+        let mut multipliers = Vec::new();
+        let mut activity = Vec::new();
+        for (row, c) in rows.iter().enumerate() {
+            let Statement::Constraint { unilateral, .. } = self.law else {
+                multipliers.push(Big::integer(1));
+                activity.push(true);
+                continue;
+            };
+            let (stiffness, damping) = self.gains(inputs, row);
+            let rate = inner(&jacobian[row], velocities);
+            let multiplier = stiffness * c.clone() + damping * rate;
+            let active = !unilateral || c.is_negative() && multiplier.is_negative();
+            multipliers.push(if active { multiplier } else { Big::zero() });
+            activity.push(active);
+        }
+        (multipliers, activity)
+    }
+
+    /// −Jᵀ λ
+    fn force(&self, jacobian: &[Vec<Big>], multipliers: &[Big]) -> Vec<Big> {
+        let mut force = vec![Big::zero(); self.layout.pose.len()];
+        for (row, multiplier) in jacobian.iter().zip(multipliers).filter(|(_, m)| !m.is_zero()) {
+            for (f, j) in force.iter_mut().zip(row) {
+                if !j.is_zero() {
+                    *f = f.clone() - j.clone() * multiplier.clone();
+                }
+            }
+        }
+        force
+    }
+
+    /// The inputs after a step along one coordinate.
+    fn moved(&self, inputs: &[Big], coordinate: &Coordinate) -> Vec<Big> {
+        let mut direction = vec![0.0; 3];
+        direction[coordinate.axis] = 1.0;
+        let mut moved = inputs.to_vec();
+        step(&mut moved, coordinate, &direction);
+        moved
+    }
+}
+
+/// One step of a field along a direction of its three coordinates.
+fn step(inputs: &mut [Big], coordinate: &Coordinate, direction: &[f64]) {
+    let field = &mut inputs[coordinate.start..];
+    if coordinate.role != Role::Orientation {
+        for (x, d) in field.iter_mut().zip(direction).filter(|(_, d)| **d != 0.0) {
+            *x = x.clone() + Big::from_f64(*d).scaled(-STEP);
+        }
+        return;
+    }
+    // exp(a) = cos |a| + a sin |a| / |a| with a = δθ/2; |a|⁴ is nothing in 320 bits.
+    let a: Vec<Big> = direction.iter().map(|d| Big::from_f64(*d).scaled(-STEP - 1)).collect();
+    let square = inner(&a, &a);
+    let cosine = Big::integer(1) - square.clone().scaled(-1);
+    let ratio = Big::integer(1) - square / Big::integer(6);
+    let turn = [0, 1, 2].map(|k| a[k].clone() * ratio.clone());
+    let q = [0, 1, 2, 3].map(|k| field[k].clone());
+    for (stored, turned) in field.iter_mut().zip(multiply(&turn, &cosine, &q)) {
+        *stored = turned;
+    }
+}
+
+/// The quaternion (u, w) times q, stored x, y, z, w.
+fn multiply(u: &[Big; 3], w: &Big, q: &[Big; 4]) -> [Big; 4] {
+    let v = [q[0].clone(), q[1].clone(), q[2].clone()];
+    let [x, y, z] = source::cross(u, &v);
+    let along = |k: usize, cross: Big| w.clone() * v[k].clone() + u[k].clone() * q[3].clone() + cross;
+    [along(0, x), along(1, y), along(2, z), w.clone() * q[3].clone() - source::dot(u, &v)]
+}
+
+pub(crate) fn inner(x: &[Big], y: &[Big]) -> Big {
+    let mut sum = Big::zero();
+    for (a, b) in x.iter().zip(y).filter(|(a, b)| !a.is_zero() && !b.is_zero()) {
+        sum = sum + a.clone() * b.clone();
+    }
+    sum
+}
+
+fn all_finite(x: &[Big]) -> bool {
+    x.iter().all(|x| x.is_finite() && x.to_f64().is_finite())
+}
+
+/// (after − before)/step
+fn quotient(after: &[Big], before: &[Big]) -> Vec<Big> {
+    after.iter().zip(before).map(|(a, b)| (a.clone() - b.clone()).scaled(STEP)).collect()
+}
+
+impl Point<'_, '_> {
+    /// Whether some row pushes; what is no one-sided constraint always does.
+    pub(crate) fn pushes(&self) -> bool {
+        self.activity.is_empty() || self.activity.contains(&true)
+    }
+
+    /// J at inputs whose values and rows are known. `shared` keeps rows for the columns of ∂F/∂X that meet them again.
+    fn jacobian_at(
+        &self,
+        values: &Values<Big>,
+        inputs: &[Big],
+        rows: &[Big],
+        mut shared: Option<(usize, &mut TwoSteps)>,
+    ) -> Result<Vec<Vec<Big>>, Singular> {
+        let oracle = self.oracle;
+        let mut jacobian = vec![Vec::with_capacity(oracle.layout.pose.len()); rows.len()];
+        for (k, coordinate) in oracle.layout.pose.iter().enumerate() {
+            let met = shared.as_mut().and_then(|(column, steps)| steps.take(*column, k));
+            let after = match met {
+                Some(after) => after,
+                None => {
+                    let moved = oracle.moved(inputs, coordinate);
+                    let next = oracle.source.update(values, &moved, oracle.pose_bits[k]);
+                    if next.crossed {
+                        return Err(Singular::Branch);
+                    }
+                    let after = oracle.rows(&next);
+                    if !all_finite(&after) {
+                        return Err(Singular::Value);
+                    }
+                    if let Some((column, steps)) = &mut shared {
+                        steps.keep(&oracle.layout.pose, *column, k, &after);
+                    }
+                    after
+                }
+            };
+            for (row, entry) in jacobian.iter_mut().zip(quotient(&after, rows)) {
+                row.push(entry);
+            }
+        }
+        Ok(jacobian)
+    }
+
+    /// F after the pose moved.
+    fn force_at(
+        &self,
+        values: &Values<Big>,
+        inputs: &[Big],
+        shared: Option<(usize, &mut TwoSteps)>,
+    ) -> Result<Vec<Big>, Singular> {
+        let oracle = self.oracle;
+        if values.crossed {
+            return Err(Singular::Branch);
+        }
+        let rows = oracle.rows(values);
+        if !all_finite(&rows) {
+            return Err(Singular::Value);
+        }
+        if oracle.law == Statement::Force {
+            return Ok(rows);
+        }
+        let jacobian = self.jacobian_at(values, inputs, &rows, shared)?;
+        let velocities = oracle.velocities(inputs);
+        let (multipliers, activity) = oracle.multipliers(inputs, &rows, &jacobian, &velocities);
+        if activity != self.activity {
+            return Err(Singular::Branch);
+        }
+        Ok(oracle.force(&jacobian, &multipliers))
+    }
+
+    /// ∂F/∂X, all columns.
+    pub(crate) fn dfdx(&self) -> Result<Columns, Singular> {
+        let oracle = self.oracle;
+        let mut steps = TwoSteps::default();
+        let mut columns = Vec::new();
+        for (j, coordinate) in oracle.layout.pose.iter().enumerate() {
+            let inputs = oracle.moved(&self.inputs, coordinate);
+            let values = oracle.source.update(&self.values, &inputs, oracle.pose_bits[j]);
+            let force = self.force_at(&values, &inputs, Some((j, &mut steps)))?;
+            columns.push(quotient(&force, &self.force));
+        }
+        self.columns(columns)
+    }
+
+    /// ∂F/∂X along one direction.
+    pub(crate) fn dfdx_along(&self, direction: &[f64]) -> Result<Columns, Singular> {
+        let oracle = self.oracle;
+        let mut inputs = self.inputs.clone();
+        for (block, along) in oracle.layout.pose.chunks(3).zip(direction.chunks(3)) {
+            step(&mut inputs, &block[0], along);
+        }
+        let all = oracle.pose_bits.iter().fold(0, |all, bit| all | bit);
+        let values = oracle.source.update(&self.values, &inputs, all);
+        let force = self.force_at(&values, &inputs, None)?;
+        self.columns(vec![quotient(&force, &self.force)])
+    }
+
+    /// ∂F/∂V, all columns.
+    pub(crate) fn dfdv(&self) -> Result<Columns, Singular> {
+        let oracle = self.oracle;
+        let mut columns = Vec::new();
+        for (k, coordinate) in oracle.layout.velocity.iter().enumerate() {
+            let force = match oracle.law {
+                Statement::Energy => self.force.clone(),
+                Statement::Force => {
+                    let inputs = oracle.moved(&self.inputs, coordinate);
+                    let values = oracle.source.update(&self.values, &inputs, oracle.velocity_bits[k]);
+                    self.force_at(&values, &inputs, None)?
+                }
+                Statement::Constraint { .. } => {
+                    // C and J do not depend on velocities.
+                    let inputs = oracle.moved(&self.inputs, coordinate);
+                    let velocities = oracle.velocities(&inputs);
+                    let (multipliers, activity) =
+                        oracle.multipliers(&inputs, &self.rows, &self.jacobian, &velocities);
+                    if activity != self.activity {
+                        return Err(Singular::Branch);
+                    }
+                    oracle.force(&self.jacobian, &multipliers)
+                }
+            };
+            columns.push(quotient(&force, &self.force));
+        }
+        self.columns(columns)
+    }
+
+    fn columns(&self, columns: Vec<Vec<Big>>) -> Result<Columns, Singular> {
+        if columns.iter().all(|column| all_finite(column)) {
+            Ok(Columns { columns, noise: self.noise * 2f64.powi(STEP + 1) })
+        } else {
+            Err(Singular::Value)
+        }
+    }
+
+    /// What a motion of all bodies, a direction of the tangent space, changes: of the rows, of ½ Σ ks C² (with the rows
+    /// that push; of E itself for an energy), or of F as work. Each with the size of its terms.
+    pub(crate) fn work(&self, generator: &[Big]) -> Work {
+        let sized = |x: &[Big], y: &[Big]| {
+            let terms: Vec<f64> = x.iter().zip(y).map(|(a, b)| (a.to_f64() * b.to_f64()).abs()).collect();
+            (inner(x, y).to_f64().abs(), terms.iter().sum::<f64>())
+        };
+        if self.oracle.law == Statement::Force {
+            let (change, size) = sized(&self.force, generator);
+            return Work { rows: (change, size), elastic: (change, size) };
+        }
+        let mut rows = (0.0f64, 0.0f64);
+        let mut elastic = Big::zero();
+        let mut size = 0.0;
+        for (r, gradient) in self.jacobian.iter().enumerate() {
+            let (change, terms) = sized(gradient, generator);
+            rows = (rows.0.max(change), rows.1.max(terms));
+            let weight = match self.oracle.law {
+                Statement::Constraint { unilateral, .. } => {
+                    let (stiffness, _) = self.oracle.gains(&self.inputs, r);
+                    let pull = stiffness * self.rows[r].clone();
+                    let pushes = self.rows[r].is_negative() && pull.is_negative();
+                    if unilateral && !pushes { Big::zero() } else { pull }
+                }
+                _ => Big::integer(1),
+            };
+            size += weight.to_f64().abs() * terms;
+            elastic = elastic + weight * inner(gradient, generator);
+        }
+        Work { rows, elastic: (elastic.to_f64().abs(), size) }
+    }
+
+    /// The same state after a rotation of everything about the origin by the unit quaternion (u, w).
+    pub(crate) fn rotated(&self, u: &[Big; 3], w: &Big) -> Vec<Big> {
+        let layout = self.oracle.layout;
+        let mut inputs = self.inputs.clone();
+        for block in layout.pose.chunks(3).chain(layout.velocity.chunks(3)) {
+            let Coordinate { role, start, .. } = block[0];
+            let field = &mut inputs[start..];
+            if role == Role::Orientation {
+                let q = [0, 1, 2, 3].map(|k| field[k].clone());
+                field.iter_mut().zip(multiply(u, w, &q)).for_each(|(x, turned)| *x = turned);
+            } else {
+                let v = [0, 1, 2].map(|k| field[k].clone());
+                field.iter_mut().zip(source::rotate(u, w, v)).for_each(|(x, turned)| *x = turned);
+            }
+        }
+        inputs
+    }
+}
+
+/// What a rigid motion changes, each with the size of its terms.
+pub(crate) struct Work {
+    /// The rows of C, or E.
+    pub(crate) rows: (f64, f64),
+    /// The elastic energy of the rows at damping 0, or E.
+    pub(crate) elastic: (f64, f64),
+}

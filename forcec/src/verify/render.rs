@@ -1,0 +1,268 @@
+//! Reports as text: a table for people, JSON for programs.
+//!
+//! In: reports. Out: one line a kernel with its worst errors, and below it, where a check fails, what failed, by how much,
+//! and the state that shows it; or one JSON array.
+
+use super::report::{Comparison, Entry, Invariant, Report, Verdict};
+use std::fmt::Write;
+
+const HEADINGS: [&str; 11] = [
+    "kernel",
+    "check",
+    "states",
+    "singular",
+    "force",
+    "dfdx",
+    "dfdv",
+    "of bound",
+    "differences",
+    "unresolved",
+    "physics",
+];
+
+/// A table of many kernels, failures in full below it.
+pub fn table(reports: &[Report]) -> String {
+    let mut rows = vec![HEADINGS.map(str::to_owned)];
+    rows.extend(reports.iter().map(line));
+    let mut widths = [0; HEADINGS.len()];
+    for row in &rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.chars().count());
+        }
+    }
+    let mut text = String::new();
+    for row in &rows {
+        let cells = row.iter().zip(widths).enumerate().map(|(column, (cell, width))| {
+            let left = matches!(column, 0 | 1 | 10);
+            let gap = " ".repeat(width - cell.chars().count());
+            if left { format!("{cell}{gap}") } else { format!("{gap}{cell}") }
+        });
+        let cells: Vec<String> = cells.collect();
+        text.push_str(cells.join("  ").trim_end());
+        text.push('\n');
+    }
+    for report in reports.iter().filter(|report| !report.passed) {
+        text.push('\n');
+        details(&mut text, report);
+    }
+    for report in reports {
+        for family in report.coverage.iter().filter(|family| !family.is_covered()) {
+            let _ = writeln!(
+                text,
+                "note: {}: family `{}` is not covered: {} of {} states are singular",
+                report.kernel,
+                family.family,
+                family.singular,
+                family.singular + family.checked
+            );
+        }
+    }
+    text
+}
+
+impl Report {
+    /// This kernel's line under a heading, and what failed.
+    pub fn table(&self) -> String {
+        table(std::slice::from_ref(self))
+    }
+
+    /// The report as a JSON object.
+    pub fn json(&self) -> String {
+        object(self)
+    }
+}
+
+fn size(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
+}
+
+fn line(report: &Report) -> [String; HEADINGS.len()] {
+    let relative = |index: usize| report.comparisons.get(index).map_or(String::new(), |c| size(c.relative));
+    let worst = |c: &Comparison| c.worst.as_ref().map_or(0.0, Entry::ratio);
+    let of_bound = report.comparisons.iter().map(worst).fold(0.0, f64::max);
+    let differences = &report.differences;
+    let contradicted = match differences.disagree {
+        0 => format!("{} agree", differences.agree),
+        n => format!("{n} disagree"),
+    };
+    [
+        report.kernel.clone(),
+        if report.passed { "pass".to_owned() } else { "FAIL".to_owned() },
+        report.states().to_string(),
+        report.singular().to_string(),
+        relative(0),
+        relative(1),
+        relative(2),
+        if of_bound < 10.0 { format!("{of_bound:.2}") } else { size(of_bound) },
+        contradicted,
+        differences.unresolved.to_string(),
+        physics(&report.invariants),
+    ]
+}
+
+/// The invariants that apply, in few words.
+fn physics(invariants: &[Invariant]) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    for verdict in [Verdict::Violated, Verdict::Holds, Verdict::NotInvariant] {
+        let names: Vec<String> = invariants
+            .iter()
+            .filter(|invariant| invariant.verdict == verdict)
+            .map(|invariant| match invariant.detail.as_str() {
+                "" => invariant.name.to_owned(),
+                detail => format!("{} ({detail})", invariant.name),
+            })
+            .collect();
+        if !names.is_empty() {
+            parts.push(format!("{}: {}", verdict.name(), names.join(", ")));
+        }
+    }
+    parts.join("; ")
+}
+
+fn details(text: &mut String, report: &Report) {
+    let _ = writeln!(text, "{}: the kernel is not its source", report.kernel);
+    for problem in &report.problems {
+        let _ = writeln!(text, "  {problem}");
+    }
+    for comparison in report.comparisons.iter().filter(|c| c.failures > 0) {
+        let _ = writeln!(
+            text,
+            "  {}: {} of {} entries differ from the exact oracle; the worst:",
+            comparison.array, comparison.failures, comparison.entries
+        );
+        worst(text, comparison.worst.as_ref());
+    }
+    if report.differences.disagree > 0 {
+        let _ = writeln!(
+            text,
+            "  differences of the kernel's own force contradict {} entries; the worst:",
+            report.differences.disagree
+        );
+        worst(text, report.differences.worst.as_ref());
+    }
+    for invariant in report.invariants.iter().filter(|i| i.verdict == Verdict::Violated) {
+        let _ = writeln!(text, "  {} is violated; the worst:", invariant.name);
+        worst(text, invariant.worst.as_ref());
+    }
+    if let Some(entry) = report.worst_failure() {
+        let _ =
+            writeln!(text, "  the state that shows {} ({}, seed {}):", entry.name, entry.family, report.seed);
+        for input in entry.inputs.to_string().lines() {
+            let _ = writeln!(text, "    {input}");
+        }
+    }
+}
+
+fn worst(text: &mut String, entry: Option<&Entry>) {
+    if let Some(e) = entry {
+        let _ = writeln!(
+            text,
+            "    {}: expected {:?}, computed {:?}, error {:.1e}, rounding explains {:.1e} ({})",
+            e.name, e.expected, e.computed, e.error, e.tolerance, e.family
+        );
+    }
+}
+
+/// A JSON array of reports.
+pub fn json(reports: &[Report]) -> String {
+    let objects: Vec<String> = reports.iter().map(object).collect();
+    format!("[{}]\n", objects.join(",\n"))
+}
+
+fn object(report: &Report) -> String {
+    let coverage = report.coverage.iter().map(|c| {
+        fields(&[
+            ("family", string(c.family.name())),
+            ("checked", c.checked.to_string()),
+            ("singular", c.singular.to_string()),
+            ("active", c.active.to_string()),
+            ("covered", c.is_covered().to_string()),
+        ])
+    });
+    let comparisons = report.comparisons.iter().map(|c| {
+        fields(&[
+            ("array", string(c.array.name())),
+            ("entries", c.entries.to_string()),
+            ("failures", c.failures.to_string()),
+            ("relative_error", number(c.relative)),
+            ("sharp_states", c.sharp.to_string()),
+            ("worst", entry(c.worst.as_ref())),
+        ])
+    });
+    let differences = fields(&[
+        ("agree", report.differences.agree.to_string()),
+        ("disagree", report.differences.disagree.to_string()),
+        ("unresolved", report.differences.unresolved.to_string()),
+        ("worst", entry(report.differences.worst.as_ref())),
+    ]);
+    let invariants = report.invariants.iter().map(|i| {
+        fields(&[
+            ("name", string(i.name)),
+            ("verdict", string(i.verdict.name())),
+            ("detail", string(&i.detail)),
+            ("worst", entry(i.worst.as_ref())),
+        ])
+    });
+    fields(&[
+        ("kernel", string(&report.kernel)),
+        ("passed", report.passed.to_string()),
+        ("seed", report.seed.to_string()),
+        ("problems", array(report.problems.iter().map(|p| string(p)))),
+        ("states", array(coverage)),
+        ("oracle", array(comparisons)),
+        ("differences", differences),
+        ("invariants", array(invariants)),
+    ])
+}
+
+fn entry(entry: Option<&Entry>) -> String {
+    let Some(e) = entry else { return "null".to_owned() };
+    let inputs: Vec<(&str, String)> = e
+        .inputs
+        .0
+        .iter()
+        .map(|(name, values)| (name.as_str(), array(values.iter().map(|x| number(*x)))))
+        .collect();
+    fields(&[
+        ("name", string(&e.name)),
+        ("expected", number(e.expected)),
+        ("computed", number(e.computed)),
+        ("error", number(e.error)),
+        ("tolerance", number(e.tolerance)),
+        ("family", string(e.family.name())),
+        ("inputs", fields(&inputs)),
+    ])
+}
+
+fn fields(fields: &[(&str, String)]) -> String {
+    let fields: Vec<String> =
+        fields.iter().map(|(name, value)| format!("{}: {value}", string(name))).collect();
+    format!("{{{}}}", fields.join(", "))
+}
+
+fn array(items: impl Iterator<Item = String>) -> String {
+    format!("[{}]", items.collect::<Vec<_>>().join(", "))
+}
+
+/// A number; JSON has no infinities, so what is not finite is a string.
+fn number(x: f64) -> String {
+    if x.is_finite() { format!("{x:?}") } else { string(&x.to_string()) }
+}
+
+fn string(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => {
+                quoted.push('\\');
+                quoted.push(c);
+            }
+            c if c < ' ' => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(c));
+            }
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}

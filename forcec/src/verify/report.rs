@@ -1,0 +1,221 @@
+//! What a check found, as a value.
+
+use super::states::Family;
+use std::fmt;
+
+/// One of a kernel's outputs.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Array {
+    /// F
+    Force,
+    /// ∂F/∂X
+    Dfdx,
+    /// ∂F/∂V
+    Dfdv,
+}
+
+impl Array {
+    /// Every array, in the order they are stored.
+    pub const ALL: [Array; 3] = [Array::Force, Array::Dfdx, Array::Dfdv];
+
+    /// Its name in a kernel.
+    pub fn name(self) -> &'static str {
+        match self {
+            Array::Force => "force",
+            Array::Dfdx => "dfdx",
+            Array::Dfdv => "dfdv",
+        }
+    }
+}
+
+impl fmt::Display for Array {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// All inputs of a kernel: each field and parameter with its reals, in memory order.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Inputs(pub Vec<(String, Vec<f64>)>);
+
+impl fmt::Display for Inputs {
+    /// A line for each; the digits give back the same doubles.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, values) in &self.0 {
+            match values.as_slice() {
+                [value] => writeln!(f, "{name} = {value:?}")?,
+                values => writeln!(f, "{name} = {values:?}")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One number that was compared, and the state that shows it.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Which: `dfdx[a.ry][b.x]`.
+    pub name: String,
+    /// What the mathematics gives.
+    pub expected: f64,
+    /// What the kernel gives.
+    pub computed: f64,
+    /// The size of the difference, taken before either was rounded.
+    pub error: f64,
+    /// The largest error that rounding accounts for.
+    pub tolerance: f64,
+    /// The kind of state.
+    pub family: Family,
+    /// The state.
+    pub inputs: Inputs,
+}
+
+impl Entry {
+    /// error/tolerance; infinite where the kernel gives no finite number.
+    pub fn ratio(&self) -> f64 {
+        ratio(self.error, self.tolerance)
+    }
+}
+
+pub(crate) fn ratio(error: f64, tolerance: f64) -> f64 {
+    if error == 0.0 {
+        0.0
+    } else if error.is_finite() {
+        error / tolerance
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// A kernel's array against the exact oracle.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// The array.
+    pub array: Array,
+    /// How many entries were compared, over all states.
+    pub entries: usize,
+    /// How many of them were off by more than rounding accounts for.
+    pub failures: usize,
+    /// The largest error relative to the largest entry of its array.
+    pub relative: f64,
+    /// The entry with the largest ratio of error to tolerance.
+    pub worst: Option<Entry>,
+    /// States of order one at which rounding leaves at least six digits of the array.
+    pub sharp: usize,
+}
+
+/// A kernel's derivatives against differences of its own force, both in doubles.
+#[derive(Clone, Debug, Default)]
+pub struct Differences {
+    /// Entries that differences confirm.
+    pub agree: usize,
+    /// Entries that differences contradict beyond their noise and truncation.
+    pub disagree: usize,
+    /// Entries that noise and truncation hide.
+    pub unresolved: usize,
+    /// The contradicted entry that is furthest off; `expected` is the difference.
+    pub worst: Option<Entry>,
+}
+
+/// What became of an invariant.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Verdict {
+    /// The function has the symmetry and so has the kernel.
+    Holds,
+    /// The function has the symmetry and the kernel has not.
+    Violated,
+    /// The function has not the symmetry.
+    NotInvariant,
+    /// The symmetry means nothing for this kind of function.
+    NotApplicable,
+}
+
+impl Verdict {
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::Violated => "violated",
+            Verdict::NotInvariant => "not invariant",
+            Verdict::NotApplicable => "not applicable",
+        }
+    }
+}
+
+/// One invariant.
+#[derive(Clone, Debug)]
+pub struct Invariant {
+    /// Its name.
+    pub name: &'static str,
+    /// What became of it.
+    pub verdict: Verdict,
+    /// In which sense, in words; may be empty.
+    pub detail: String,
+    /// What comes nearest to a violation, or is one.
+    pub worst: Option<Entry>,
+}
+
+/// The states of one family.
+#[derive(Clone, Copy, Debug)]
+pub struct Coverage {
+    /// The family.
+    pub family: Family,
+    /// States that were compared.
+    pub checked: usize,
+    /// States that were redrawn because a value or derivative does not exist there, or a branch is too near.
+    pub singular: usize,
+    /// Of the compared ones, how many had a row that pushes; all of them unless the constraint is unilateral.
+    pub active: usize,
+}
+
+impl Coverage {
+    /// Whether enough of the family is regular to speak of it: a tenth.
+    pub fn is_covered(&self) -> bool {
+        self.checked > 0 && self.checked * 9 >= self.singular
+    }
+}
+
+/// All that was found about one kernel.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// The kernel.
+    pub kernel: String,
+    /// What the states were drawn from.
+    pub seed: u64,
+    /// The states.
+    pub coverage: Vec<Coverage>,
+    /// The exact oracle.
+    pub comparisons: Vec<Comparison>,
+    /// Differences in doubles.
+    pub differences: Differences,
+    /// The physics.
+    pub invariants: Vec<Invariant>,
+    /// What keeps the check from saying anything, in words.
+    pub problems: Vec<String>,
+    /// Whether every comparison holds.
+    pub passed: bool,
+}
+
+impl Report {
+    /// Number of states compared.
+    pub fn states(&self) -> usize {
+        self.coverage.iter().map(|c| c.checked).sum()
+    }
+
+    /// Number of states redrawn.
+    pub fn singular(&self) -> usize {
+        self.coverage.iter().map(|c| c.singular).sum()
+    }
+
+    /// The entry that shows best why the check fails: of the exact oracle, then of the differences, then of the physics.
+    pub fn worst_failure(&self) -> Option<&Entry> {
+        let oracle = self.comparisons.iter().filter(|c| c.failures > 0).filter_map(|c| c.worst.as_ref());
+        let oracle = oracle.max_by(|a, b| a.ratio().total_cmp(&b.ratio()));
+        let differences = || self.differences.worst.as_ref().filter(|_| self.differences.disagree > 0);
+        let physics = || {
+            let mut violated = self.invariants.iter().filter(|i| i.verdict == Verdict::Violated);
+            violated.find_map(|i| i.worst.as_ref())
+        };
+        oracle.or_else(differences).or_else(physics)
+    }
+}

@@ -1,0 +1,402 @@
+//! The evaluation of a vector graph, node by node as it is written, in any numbers.
+//!
+//! In: a graph, the nodes that are wanted and a value for every slot. Out: the value of each node. A point that differs
+//! in a few arguments from one already evaluated recomputes only what depends on them, and says whether a condition, or
+//! the choice of a `min`, `max`, `abs` or `signum`, came out differently.
+
+use super::layout::Layout;
+use crate::bodies::Slot;
+use crate::exact::Exact;
+use crate::number::Number;
+use crate::ops::{Function, FunctionDomain};
+use crate::vector::{Comparison, Graph, Node};
+
+/// What a node is worth.
+#[derive(Clone, Debug)]
+pub(crate) enum Value<N> {
+    Real(N),
+    Vector([N; 3]),
+    Truth(bool),
+}
+
+impl<N> Value<N> {
+    /// The number. The graph is typed by construction, so the other cases do not occur.
+    pub(crate) fn real(&self) -> &N {
+        match self {
+            Value::Real(x) => x,
+            _ => panic!("a real stands where the graph says so"),
+        }
+    }
+
+    /// The vector.
+    pub(crate) fn vector(&self) -> &[N; 3] {
+        match self {
+            Value::Vector(v) => v,
+            _ => panic!("a vector stands where the graph says so"),
+        }
+    }
+
+    fn truth(&self) -> bool {
+        match self {
+            Value::Truth(truth) => *truth,
+            _ => panic!("a truth stands where the graph says so"),
+        }
+    }
+}
+
+/// Which arguments something depends on: a bit a field of a body, shared where there are more than the bits.
+pub(crate) type Fields = u128;
+
+/// The bit of the field that holds a slot.
+pub(crate) fn field_bit(layout: &Layout, slot: Slot) -> Fields {
+    let first = Slot { offset: 0, ..slot };
+    1 << (layout.place(first) % 128)
+}
+
+struct Step<'g, N> {
+    node: &'g Node,
+    depends: Fields,
+    /// The exact numbers in the node, in order.
+    numbers: Vec<N>,
+}
+
+/// The wanted part of a graph, ready to be evaluated.
+pub(crate) struct Source<'g, N> {
+    layout: &'g Layout,
+    steps: Vec<Step<'g, N>>,
+    /// The step of each node of the graph.
+    places: Vec<usize>,
+}
+
+/// The values of a source at a point: its own, or those of the point it started from.
+pub(crate) struct Values<'p, N> {
+    before: Option<&'p Values<'p, N>>,
+    own: Vec<Option<Value<N>>>,
+    /// Whether some choice differs from the point it started from.
+    pub(crate) crossed: bool,
+    /// Whether some node stands where it has no derivative.
+    pub(crate) singular: bool,
+}
+
+impl<N> Values<'_, N> {
+    fn at(&self, step: usize) -> &Value<N> {
+        match (&self.own[step], self.before) {
+            (Some(value), _) => value,
+            (None, Some(before)) => before.at(step),
+            (None, None) => panic!("operands come before users"),
+        }
+    }
+
+    /// Every value that was computed here.
+    pub(crate) fn own(&self) -> impl Iterator<Item = &Value<N>> {
+        self.own.iter().flatten()
+    }
+}
+
+fn slots(node: &Node) -> Vec<Slot> {
+    match node {
+        Node::Entry(slot) | Node::Triple(slot) | Node::Rotate(slot, ..) => vec![*slot],
+        Node::Difference(first, second) => vec![*first, *second],
+        Node::TurnReal(turn) | Node::TurnVector(turn) => turn.iter().map(|(slot, _)| *slot).collect(),
+        _ => vec![],
+    }
+}
+
+impl<'g, N: Number> Source<'g, N> {
+    /// The part of a graph that some nodes need.
+    pub(crate) fn new(graph: &'g Graph, layout: &'g Layout, wanted: impl IntoIterator<Item = usize>) -> Self {
+        let mut live = vec![false; graph.len()];
+        for index in wanted {
+            live[index] = true;
+        }
+        for index in (0..graph.len()).rev() {
+            if live[index] {
+                for operand in graph.node(index).operands().into_iter().map(|o| o as usize) {
+                    live[operand] = true;
+                }
+            }
+        }
+        let mut steps: Vec<Step<N>> = Vec::new();
+        let mut places = vec![usize::MAX; graph.len()];
+        for (index, node) in graph.nodes().enumerate().filter(|(index, _)| live[*index]) {
+            let through = node.operands().into_iter().map(|operand| steps[places[operand as usize]].depends);
+            let direct = slots(node).into_iter().map(|slot| field_bit(layout, slot));
+            let depends = through.chain(direct).fold(0, |all, fields| all | fields);
+            let numbers = match node {
+                Node::Constant(value) => vec![N::exact(value)],
+                Node::Sum(constant, terms) => {
+                    std::iter::once(constant).chain(terms.iter().map(|(c, _)| c)).map(N::exact).collect()
+                }
+                Node::VectorSum(terms) => terms.iter().map(|(c, _)| N::exact(c)).collect(),
+                _ => vec![],
+            };
+            places[index] = steps.len();
+            steps.push(Step { node, depends, numbers });
+        }
+        Source { layout, steps, places }
+    }
+
+    /// About what one evaluation costs, in additions of 320 bits.
+    pub(crate) fn cost(&self) -> u64 {
+        let cost = |node: &Node| match node {
+            Node::Sum(_, terms) => 2 * terms.len() as u64,
+            Node::Product(factors) => factors.iter().map(|(_, n)| 2 + u64::from(n.unsigned_abs() / 2)).sum(),
+            Node::Dot(..) => 6,
+            Node::VectorSum(terms) => 3 * terms.len() as u64,
+            Node::Scale(..) => 4,
+            Node::Cross(..) => 10,
+            Node::Rotate(..) => 36,
+            Node::Norm(_) | Node::Call(Function::Sqrt | Function::Hypot, _) => 100,
+            Node::Call(Function::Abs | Function::Min | Function::Max | Function::Signum, _) => 1,
+            Node::Call(..) => 800,
+            _ => 1,
+        };
+        self.steps.iter().map(|step| cost(step.node)).sum()
+    }
+
+    /// A node's value at a point.
+    pub(crate) fn get<'v>(&self, values: &'v Values<'_, N>, node: usize) -> &'v Value<N> {
+        values.at(self.places[node])
+    }
+
+    /// All values at a point.
+    pub(crate) fn evaluate(&self, point: &[N]) -> Values<'static, N> {
+        let mut values = Values {
+            before: None,
+            own: Vec::with_capacity(self.steps.len()),
+            crossed: false,
+            singular: false,
+        };
+        for step in &self.steps {
+            let value = self.value(step, &values, point);
+            values.singular |= self.is_singular(step.node, &values);
+            values.own.push(Some(value));
+        }
+        values
+    }
+
+    /// All values at a point that differs from another in these fields.
+    pub(crate) fn update<'p>(
+        &self,
+        before: &'p Values<'p, N>,
+        point: &[N],
+        changed: Fields,
+    ) -> Values<'p, N> {
+        let mut values = Values {
+            before: Some(before),
+            own: (0..self.steps.len()).map(|_| None).collect(),
+            crossed: false,
+            singular: false,
+        };
+        for (index, step) in self.steps.iter().enumerate() {
+            if step.depends & changed == 0 {
+                continue;
+            }
+            let value = self.value(step, &values, point);
+            values.crossed |= match (&value, before.at(index)) {
+                (Value::Truth(now), Value::Truth(then)) => now != then,
+                _ => self.choice(step.node, &values) != self.choice(step.node, before),
+            };
+            values.own[index] = Some(value);
+        }
+        values
+    }
+
+    /// Which way a function of two branches goes.
+    fn choice(&self, node: &Node, values: &Values<N>) -> Option<bool> {
+        let Node::Call(function, arguments) = node else { return None };
+        let real = |k: usize| self.get(values, arguments[k].index()).real();
+        match function {
+            Function::Abs | Function::Signum => {
+                Some(N::holds(Comparison::Less, real(0), &N::exact(&Exact::ZERO)))
+            }
+            Function::Min | Function::Max => Some(N::holds(Comparison::Less, real(0), real(1))),
+            _ => None,
+        }
+    }
+
+    /// Whether a node stands at the edge of where its derivative exists.
+    fn is_singular(&self, node: &Node, values: &Values<N>) -> bool {
+        let zero = N::exact(&Exact::ZERO);
+        let above = |x: &N, bound: f64| {
+            let bound = Exact::from_f64(bound).unwrap_or(Exact::ZERO);
+            N::holds(Comparison::Less, &N::exact(&bound), x)
+        };
+        let is_zero = |x: &N| N::holds(Comparison::Equal, x, &zero);
+        match node {
+            Node::Norm(v) => self.get(values, v.index()).vector().iter().all(is_zero),
+            Node::Call(function, arguments) => {
+                let x: Vec<&N> = arguments.iter().map(|x| self.get(values, x.index()).real()).collect();
+                match function.row().smooth {
+                    FunctionDomain::All => false,
+                    FunctionDomain::AtLeast(bound) | FunctionDomain::Above(bound) => !above(x[0], bound),
+                    FunctionDomain::Unit => {
+                        let size = N::call(Function::Abs, &[x[0].clone()]);
+                        !N::holds(Comparison::Less, &size, &N::exact(&Exact::ONE))
+                    }
+                    FunctionDomain::NotAllZero => x.iter().all(|x| is_zero(x)),
+                    FunctionDomain::HalfPlane => {
+                        N::holds(Comparison::Less, x[0], &zero) || x.iter().all(|x| is_zero(x))
+                    }
+                }
+            }
+            _ => false,
+        }
+    }
+
+    fn value(&self, step: &Step<N>, values: &Values<N>, point: &[N]) -> Value<N> {
+        let place = |slot: &Slot| self.layout.place(*slot);
+        let triple = |slot: &Slot| [0, 1, 2].map(|axis| point[place(slot) + axis].clone());
+        macro_rules! real {
+            ($id:expr) => {
+                self.get(values, $id.index()).real().clone()
+            };
+        }
+        macro_rules! vector {
+            ($id:expr) => {
+                self.get(values, $id.index()).vector().clone()
+            };
+        }
+        macro_rules! truth {
+            ($id:expr) => {
+                self.get(values, $id.index()).truth()
+            };
+        }
+        // (u, w)(v, s) = (w v + s u + u×v, w s − u·v)
+        let turned = |turn: &[(Slot, bool)]| {
+            let factors = turn.iter().map(|(slot, inverse)| {
+                let [x, y, z] = triple(slot);
+                let w = point[place(slot) + 3].clone();
+                (if *inverse { [-x, -y, -z] } else { [x, y, z] }, w)
+            });
+            let product = factors.reduce(|(u, w), (v, s)| {
+                let vector = add(add(scale(&w, v.clone()), scale(&s, u.clone())), cross(&u, &v));
+                (vector, w * s - dot(&u, &v))
+            });
+            product.expect("a product of quaternions has factors")
+        };
+        match step.node {
+            Node::Constant(_) => Value::Real(step.numbers[0].clone()),
+            Node::Entry(slot) => Value::Real(point[place(slot)].clone()),
+            Node::Sum(constant, terms) => {
+                let mut sum = (!constant.is_zero()).then(|| step.numbers[0].clone());
+                for ((c, x), number) in terms.iter().zip(&step.numbers[1..]) {
+                    let term = if c.is_one() { real!(x) } else { number.clone() * real!(x) };
+                    sum = Some(match sum {
+                        Some(sum) => sum + term,
+                        None => term,
+                    });
+                }
+                Value::Real(sum.unwrap_or_else(|| step.numbers[0].clone()))
+            }
+            Node::Product(factors) => Value::Real(
+                factors
+                    .iter()
+                    .map(|(x, n)| power(real!(x), *n))
+                    .reduce(|product, factor| product * factor)
+                    .unwrap_or_else(|| N::exact(&Exact::ONE)),
+            ),
+            Node::Dot(u, v) => Value::Real(dot(&vector!(u), &vector!(v))),
+            Node::Component(v, axis) => {
+                Value::Real(self.get(values, v.index()).vector()[*axis as usize].clone())
+            }
+            Node::Norm(v) => {
+                let v = vector!(v);
+                Value::Real(N::call(Function::Sqrt, &[dot(&v, &v)]))
+            }
+            Node::Call(function, arguments) => {
+                let arguments: Vec<N> = arguments.iter().map(|x| real!(x)).collect();
+                Value::Real(N::call(*function, &arguments))
+            }
+            Node::Select(c, x, y) => Value::Real(if truth!(c) { real!(x) } else { real!(y) }),
+            Node::Let(x) => Value::Real(real!(x)),
+            Node::Triple(slot) => Value::Vector(triple(slot)),
+            Node::Difference(first, second) => Value::Vector(subtract(triple(first), triple(second))),
+            Node::VectorSum(terms) => {
+                let mut sum: Option<[N; 3]> = None;
+                for ((c, v), number) in terms.iter().zip(&step.numbers) {
+                    let v = vector!(v);
+                    let term = if c.is_one() { v } else { scale(number, v) };
+                    sum = Some(match sum {
+                        Some(sum) => add(sum, term),
+                        None => term,
+                    });
+                }
+                let zero = || N::exact(&Exact::ZERO);
+                Value::Vector(sum.unwrap_or_else(|| [zero(), zero(), zero()]))
+            }
+            Node::Scale(s, v) => Value::Vector(scale(&real!(s), vector!(v))),
+            Node::Cross(u, v) => Value::Vector(cross(&vector!(u), &vector!(v))),
+            Node::Rotate(slot, inverse, v) => {
+                let [x, y, z] = triple(slot);
+                let w = point[place(slot) + 3].clone();
+                let axis = if *inverse { [-x, -y, -z] } else { [x, y, z] };
+                Value::Vector(rotate(&axis, &w, vector!(v)))
+            }
+            Node::TurnReal(turn) => Value::Real(turned(turn).1),
+            Node::TurnVector(turn) => Value::Vector(turned(turn).0),
+            Node::Pack(entries) => Value::Vector(entries.map(|x| real!(x))),
+            Node::VectorSelect(c, u, v) => Value::Vector(if truth!(c) { vector!(u) } else { vector!(v) }),
+            Node::VectorLet(v) => Value::Vector(vector!(v)),
+            Node::Known(truth) => Value::Truth(*truth),
+            Node::Compare(comparison, x, y) => {
+                Value::Truth(N::holds(*comparison, self.get(values, x.index()).real(), &real!(y)))
+            }
+            Node::And(a, b) => Value::Truth(truth!(a) && truth!(b)),
+            Node::Or(a, b) => Value::Truth(truth!(a) || truth!(b)),
+            Node::Not(a) => Value::Truth(!truth!(a)),
+        }
+    }
+}
+
+/// xⁿ
+fn power<N: Number>(x: N, n: i32) -> N {
+    let one = || N::exact(&Exact::ONE);
+    let mut product: Option<N> = None;
+    let (mut square, mut rest) = (x, n.unsigned_abs());
+    while rest > 0 {
+        if rest % 2 == 1 {
+            product = Some(match product {
+                Some(product) => product * square.clone(),
+                None => square.clone(),
+            });
+        }
+        rest /= 2;
+        if rest > 0 {
+            square = square.clone() * square;
+        }
+    }
+    let product = product.unwrap_or_else(one);
+    if n < 0 { one() / product } else { product }
+}
+
+pub(crate) fn dot<N: Number>(u: &[N; 3], v: &[N; 3]) -> N {
+    let term = |k: usize| u[k].clone() * v[k].clone();
+    term(0) + term(1) + term(2)
+}
+
+pub(crate) fn cross<N: Number>(u: &[N; 3], v: &[N; 3]) -> [N; 3] {
+    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| u[i].clone() * v[j].clone() - u[j].clone() * v[i].clone())
+}
+
+fn scale<N: Number>(s: &N, v: [N; 3]) -> [N; 3] {
+    v.map(|x| s.clone() * x)
+}
+
+fn add<N: Number>(u: [N; 3], v: [N; 3]) -> [N; 3] {
+    let ([a, b, c], [d, e, f]) = (u, v);
+    [a + d, b + e, c + f]
+}
+
+fn subtract<N: Number>(u: [N; 3], v: [N; 3]) -> [N; 3] {
+    let ([a, b, c], [d, e, f]) = (u, v);
+    [a - d, b - e, c - f]
+}
+
+/// v + 2w(u×v) + 2u×(u×v)
+pub(crate) fn rotate<N: Number>(u: &[N; 3], w: &N, v: [N; 3]) -> [N; 3] {
+    let twice = |v: [N; 3]| v.map(|x| x.clone() + x);
+    let turned = twice(cross(u, &v));
+    let second = cross(u, &turned);
+    add(add(v, scale(w, turned)), second)
+}

@@ -1,0 +1,325 @@
+//! States to check a kernel at, drawn from a seed.
+//!
+//! In: a layout, a family and a number. Out: a value for every input: the same bits for the same seed on every machine.
+//! Parameters stay within their stated domain. The stored bits of a quaternion are as near to length one as doubles
+//! near a drawn rotation come, about 1e-18, so that what |q| = 1 may change lies below rounding.
+
+use super::layout::Layout;
+use crate::bodies::{Domain, ParameterType, Role};
+use std::fmt;
+
+/// A kind of states.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Family {
+    /// Everything of order one.
+    Random,
+    /// Velocities zero.
+    Rest,
+    /// Every orientation the identity.
+    Identity,
+    /// Bodies almost coincident, almost aligned or almost opposite.
+    NearSingular,
+    /// 1e4 to 1e6 from the origin.
+    Far,
+    /// Stiffness 1e8 and damping 1e5; without them some real parameters 1e2 to 1e8 times as large.
+    Stiff,
+}
+
+impl Family {
+    /// Every family, in the order of reports.
+    pub const ALL: [Family; 6] =
+        [Family::Random, Family::Rest, Family::Identity, Family::NearSingular, Family::Far, Family::Stiff];
+
+    /// What a report calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Family::Random => "random",
+            Family::Rest => "at rest",
+            Family::Identity => "identity orientation",
+            Family::NearSingular => "near-singular",
+            Family::Far => "far",
+            Family::Stiff => "stiff",
+        }
+    }
+
+    /// Whether rounding leaves most digits of a well-behaved function: neither far nor near-singular.
+    pub(crate) fn is_ordinary(self) -> bool {
+        matches!(self, Family::Random | Family::Rest | Family::Identity)
+    }
+}
+
+impl fmt::Display for Family {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The splitmix64 generator.
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Random {
+        Random(seed)
+    }
+
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in low … high.
+    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        let unit = (self.next() >> 11) as f64 / (1u64 << 53) as f64;
+        (low + (high - low) * unit).clamp(low, high)
+    }
+
+    /// A decade between 10^low and 10^high, then uniform in it: no library function, so the same on every machine.
+    pub(crate) fn decades(&mut self, low: i32, high: i32) -> f64 {
+        let decade = low + (self.next() % (high - low).max(1) as u64) as i32;
+        let power = (0..decade.unsigned_abs()).fold(1.0, |power, _| power * 10.0);
+        let power = if decade < 0 { 1.0 / power } else { power };
+        power * self.uniform(1.0, 10.0)
+    }
+
+    pub(crate) fn chance(&mut self, one_in: u64) -> bool {
+        self.next() % one_in == 0
+    }
+
+    /// A vector of length one.
+    pub(crate) fn unit(&mut self, length: usize) -> Vec<f64> {
+        loop {
+            let v: Vec<f64> = (0..length).map(|_| self.uniform(-1.0, 1.0)).collect();
+            let square: f64 = v.iter().map(|x| x * x).sum();
+            if square > 0.01 && square <= 1.0 {
+                return normalized(&v);
+            }
+        }
+    }
+}
+
+fn normalized(v: &[f64]) -> Vec<f64> {
+    let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    v.iter().map(|x| x / norm).collect()
+}
+
+/// |q|² − 1, exact but for one rounding.
+pub(crate) fn excess(q: &[f64]) -> f64 {
+    let mut terms = vec![-1.0];
+    for &x in q {
+        let square = x * x;
+        terms.extend([square, x.mul_add(x, -square)]);
+    }
+    terms.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
+    // Sums of doubles without loss: what each addition drops is added at the end.
+    let (mut sum, mut lost) = (0.0f64, 0.0f64);
+    for x in terms {
+        let next = sum + x;
+        let back = next - sum;
+        lost += (sum - (next - back)) + (x - back);
+        sum = next;
+    }
+    sum + lost
+}
+
+/// The quaternion near q whose stored bits come nearest to length one.
+pub(crate) fn unit_quaternion(q: &[f64]) -> Vec<f64> {
+    let q = normalized(q);
+    let mut best = q.clone();
+    for choice in 0..625 {
+        let mut candidate = q.clone();
+        let mut rest = choice;
+        for x in &mut candidate {
+            let steps = rest % 5;
+            rest /= 5;
+            *x = match steps {
+                1 => x.next_up(),
+                2 => x.next_down(),
+                3 => x.next_up().next_up(),
+                4 => x.next_down().next_down(),
+                _ => *x,
+            };
+        }
+        if excess(&candidate).abs() < excess(&best).abs() {
+            best = candidate;
+        }
+    }
+    best
+}
+
+/// One state, and the length below which its geometry changes.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    pub(crate) values: Vec<f64>,
+    pub(crate) scale: f64,
+}
+
+/// Draws a state. `gains` says that the last two parameters are the stiffness and damping of a constraint.
+pub(crate) fn draw(layout: &Layout, gains: bool, family: Family, index: usize, random: &mut Random) -> State {
+    let mut state = State { values: vec![0.0; layout.length], scale: 1.0 };
+    bodies(layout, &mut state.values, random);
+    let parameters = layout.signature.parameters.len();
+    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+        let at = layout.parameter(p);
+        let values = &mut state.values[at..at + parameter.ty.length() as usize];
+        if gains && p + 2 >= parameters {
+            let stiffness = p + 2 == parameters;
+            for x in values {
+                *x = match (family, stiffness) {
+                    (Family::Stiff, true) => 1e8,
+                    (Family::Stiff, false) => 1e5,
+                    (_, true) => random.decades(0, 3),
+                    (_, false) => random.decades(-1, 2),
+                };
+            }
+            continue;
+        }
+        fill(&parameter.ty, parameter.domain, values, random);
+        let free = parameter.ty == ParameterType::Real && parameter.domain == Domain::Any;
+        if free && family == Family::Stiff && !gains && random.chance(2) {
+            values[0] *= random.decades(2, 8);
+        }
+    }
+    match family {
+        Family::Random | Family::Stiff => {}
+        Family::Rest => {
+            each(layout, &mut state.values, &[Role::Velocity, Role::AngularVelocity], |_, v| v.fill(0.0))
+        }
+        Family::Identity => each(layout, &mut state.values, &[Role::Orientation], |_, q| {
+            q.copy_from_slice(&[0.0, 0.0, 0.0, 1.0]);
+        }),
+        Family::Far => {
+            let distance = random.decades(4, 6);
+            let offset: Vec<f64> = random.unit(3).iter().map(|x| x * distance).collect();
+            each(layout, &mut state.values, &[Role::Position], |_, x| {
+                x.iter_mut().zip(&offset).for_each(|(x, o)| *x += o);
+            });
+        }
+        Family::NearSingular => {
+            state.scale = random.decades(-8, -2);
+            match index % 3 {
+                0 => coincide(layout, &mut state, random),
+                1 => align(layout, &mut state, random, false),
+                _ => align(layout, &mut state, random, true),
+            }
+        }
+    }
+    state
+}
+
+fn bodies(layout: &Layout, values: &mut [f64], random: &mut Random) {
+    let roles = [Role::Position, Role::Orientation, Role::Velocity, Role::AngularVelocity];
+    each(layout, values, &roles, |role, field| match role {
+        Role::Orientation => field.copy_from_slice(&unit_quaternion(&random.unit(4))),
+        Role::AngularVelocity => field.fill_with(|| random.uniform(-3.0, 3.0)),
+        _ => field.fill_with(|| random.uniform(-2.0, 2.0)),
+    });
+}
+
+/// Changes every field of a role, body by body.
+fn each(layout: &Layout, values: &mut [f64], roles: &[Role], mut change: impl FnMut(Role, &mut [f64])) {
+    for body in 0..layout.signature.bodies.len() {
+        for &role in roles {
+            if let Some(at) = layout.field(body, role) {
+                let length = if role == Role::Orientation { 4 } else { 3 };
+                change(role, &mut values[at..at + length]);
+            }
+        }
+    }
+}
+
+/// Draws a parameter within its domain.
+fn fill(ty: &ParameterType, domain: Domain, values: &mut [f64], random: &mut Random) {
+    match (ty, domain) {
+        (ParameterType::Array(_, element), _) => {
+            for part in values.chunks_mut((element.length() as usize).max(1)) {
+                fill(element, domain, part, random);
+            }
+        }
+        (ParameterType::Quaternion, _) => values.copy_from_slice(&unit_quaternion(&random.unit(4))),
+        (_, Domain::Range(low, high)) => {
+            let (low, high) = (low.max(-1e3), high.min(low.max(-1e3) + 2e3));
+            let wide = low > 0.0 && high / low > 1e3;
+            for x in values {
+                *x = random.uniform(low, high);
+                if wide {
+                    // Small values of a range of many decades come too.
+                    *x = (*x * random.decades(-3, 0).min(1.0)).clamp(low, high);
+                }
+            }
+        }
+        (ParameterType::Vector(n), Domain::Unit) => values.copy_from_slice(&random.unit(*n as usize)),
+        (_, Domain::Unit) => values.fill_with(|| if random.chance(2) { 1.0 } else { -1.0 }),
+        (ParameterType::Real, Domain::Any) => {
+            let sign = if random.chance(8) { -1.0 } else { 1.0 };
+            values[0] = sign * random.uniform(0.1, 2.0);
+        }
+        (ParameterType::Matrix(n), Domain::Any) => {
+            // Mostly near the identity: the inverse of a rest shape more often than not.
+            let spread = if random.chance(4) { 2.0 } else { 0.5 };
+            for (k, x) in values.iter_mut().enumerate() {
+                let diagonal = k % (*n as usize + 1) == 0;
+                *x = random.uniform(-spread, spread) + if diagonal { 1.0 } else { 0.0 };
+            }
+        }
+        (_, Domain::Any) => values.fill_with(|| random.uniform(-2.0, 2.0)),
+    }
+}
+
+/// Positions, and vectors without a stated domain, shrink about one point.
+fn coincide(layout: &Layout, state: &mut State, random: &mut Random) {
+    let centre: Vec<f64> = (0..3).map(|_| random.uniform(-2.0, 2.0)).collect();
+    let scale = state.scale;
+    each(layout, &mut state.values, &[Role::Position], |_, x| {
+        x.iter_mut().zip(&centre).for_each(|(x, c)| *x = c + scale * *x);
+    });
+    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+        if parameter.domain == Domain::Any && parameter.ty == ParameterType::Vector(3) {
+            let at = layout.parameter(p);
+            state.values[at..at + 3].iter_mut().for_each(|x| *x *= scale);
+        }
+    }
+}
+
+/// Orientations differ by a small turn, or by almost half a turn; vectors of three are almost parallel.
+fn align(layout: &Layout, state: &mut State, random: &mut Random, opposite: bool) {
+    let scale = state.scale;
+    let first = random.unit(4);
+    let axis = random.unit(3);
+    let mut number = 0;
+    each(layout, &mut state.values, &[Role::Orientation], |_, q| {
+        let mut turn: Vec<f64> = random.unit(3).iter().map(|x| x * scale).collect();
+        turn.push(1.0);
+        if opposite && number % 2 == 1 {
+            turn = axis.iter().zip(random.unit(3)).map(|(a, n)| a + scale * n).collect();
+            turn.push(scale);
+        }
+        number += 1;
+        q.copy_from_slice(&unit_quaternion(&product(&turn, &first)));
+    });
+    let direction = random.unit(3);
+    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+        if parameter.ty == ParameterType::Vector(3) && !matches!(parameter.domain, Domain::Range(..)) {
+            let at = layout.parameter(p);
+            let v = &mut state.values[at..at + 3];
+            let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let near: Vec<f64> = direction.iter().zip(random.unit(3)).map(|(d, n)| d + scale * n).collect();
+            v.copy_from_slice(&normalized(&near));
+            if parameter.domain == Domain::Any {
+                v.iter_mut().for_each(|x| *x *= length);
+            }
+        }
+    }
+}
+
+/// The product of quaternions stored x, y, z, w.
+fn product(p: &[f64], q: &[f64]) -> Vec<f64> {
+    vec![
+        p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
+        p[3] * q[1] + p[1] * q[3] + p[2] * q[0] - p[0] * q[2],
+        p[3] * q[2] + p[2] * q[3] + p[0] * q[1] - p[1] * q[0],
+        p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
+    ]
+}

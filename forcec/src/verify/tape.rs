@@ -1,0 +1,330 @@
+//! A scalar program as a list of operations on doubles, with the bound on what rounding does to them.
+//!
+//! In: a program and the outputs that are wanted. Out: their values; or their values with a running error bound, the
+//! first-order analysis of every addition, multiplication, division and call from inputs whose own errors are given.
+//! The bound holds for the additions of a sum and the factors of a product in any order.
+
+use super::layout::Layout;
+use super::source::Source;
+use crate::bodies::{Domain, Parameter, ParameterType, Signature};
+use crate::exact::Exact;
+use crate::ops::Function;
+use crate::scalar::{Id, Node, Program};
+use crate::vector::{Comparison, Graph};
+use std::collections::BTreeMap;
+
+/// Half the distance from 1 to the next double.
+const UNIT: f64 = f64::EPSILON / 2.0;
+
+/// A double and how far it may be from what it stands for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounded {
+    pub(crate) value: f64,
+    pub(crate) error: f64,
+}
+
+struct Coefficient {
+    value: f64,
+    /// What rounding the coefficient to a double adds, relative to it.
+    inexact: f64,
+    is_unit: bool,
+}
+
+impl Coefficient {
+    fn new(exact: &Exact) -> Coefficient {
+        let value = exact.to_f64();
+        let inexact = if Exact::from_f64(value).as_ref() == Some(exact) { 0.0 } else { UNIT };
+        Coefficient { value, inexact, is_unit: exact.is_unit() }
+    }
+}
+
+enum Operation {
+    Constant(Coefficient),
+    Input(usize),
+    Difference(usize, usize),
+    Sum(Coefficient, Vec<(Coefficient, usize)>),
+    Product(Vec<(usize, u32)>),
+    Recip(usize),
+    Call(Function, Vec<usize>),
+    Select(usize, usize, usize),
+    Known(bool),
+    Compare(Comparison, usize, usize),
+    And(usize, usize),
+    Or(usize, usize),
+    Not(usize),
+}
+
+/// The operations that some outputs of a program need.
+pub(crate) struct Tape {
+    operations: Vec<Operation>,
+    outputs: Vec<usize>,
+    partials: BTreeMap<Function, Partials>,
+}
+
+impl Tape {
+    /// The operations behind these outputs.
+    pub(crate) fn new(program: &Program, layout: &Layout, outputs: &[Id]) -> Tape {
+        let mut live = vec![false; program.graph.len()];
+        for output in outputs {
+            live[output.index()] = true;
+        }
+        let nodes: Vec<(Id, &Node)> = program.graph.iter().collect();
+        for (id, node) in nodes.iter().rev() {
+            if live[id.index()] {
+                for operand in node.operands() {
+                    live[operand.index()] = true;
+                }
+            }
+        }
+        let mut places = vec![usize::MAX; nodes.len()];
+        let mut tape = Tape { operations: Vec::new(), outputs: Vec::new(), partials: BTreeMap::new() };
+        for (id, node) in nodes.into_iter().filter(|(id, _)| live[id.index()]) {
+            let at = |id: &Id| places[id.index()];
+            let operation = match node {
+                Node::Constant(value) => Operation::Constant(Coefficient::new(value)),
+                Node::Input(slot) => Operation::Input(layout.place(*slot)),
+                Node::Difference(a, b) => Operation::Difference(layout.place(*a), layout.place(*b)),
+                Node::Sum(constant, terms) => Operation::Sum(
+                    Coefficient::new(constant),
+                    terms.iter().map(|(c, x)| (Coefficient::new(c), at(x))).collect(),
+                ),
+                Node::Product(factors) => {
+                    Operation::Product(factors.iter().map(|(x, n)| (at(x), *n)).collect())
+                }
+                Node::Recip(x) => Operation::Recip(at(x)),
+                Node::Call(function, x) => {
+                    tape.partials.entry(*function).or_insert_with(|| Partials::new(*function));
+                    Operation::Call(*function, x.iter().map(at).collect())
+                }
+                Node::Select(c, x, y) => Operation::Select(at(c), at(x), at(y)),
+                Node::Known(truth) => Operation::Known(*truth),
+                Node::Compare(comparison, x, y) => Operation::Compare(*comparison, at(x), at(y)),
+                Node::And(a, b) => Operation::And(at(a), at(b)),
+                Node::Or(a, b) => Operation::Or(at(a), at(b)),
+                Node::Not(a) => Operation::Not(at(a)),
+            };
+            places[id.index()] = tape.operations.len();
+            tape.operations.push(operation);
+        }
+        tape.outputs = outputs.iter().map(|id| places[id.index()]).collect();
+        tape
+    }
+
+    /// The outputs in doubles, and the choices of every condition and function of two branches, hashed.
+    pub(crate) fn values(&self, inputs: &[f64]) -> (Vec<f64>, u64) {
+        let mut v: Vec<f64> = Vec::with_capacity(self.operations.len());
+        let mut choices = 0xcbf2_9ce4_8422_2325u64;
+        let truth = |x: bool| if x { 1.0 } else { 0.0 };
+        for operation in &self.operations {
+            let value = match operation {
+                Operation::Constant(c) => c.value,
+                Operation::Input(at) => inputs[*at],
+                Operation::Difference(a, b) => inputs[*a] - inputs[*b],
+                Operation::Sum(constant, terms) => {
+                    terms.iter().fold(constant.value, |sum, (c, x)| sum + c.value * v[*x])
+                }
+                Operation::Product(factors) => factors
+                    .iter()
+                    .fold(1.0, |product, (x, n)| (0..*n).fold(product, |product, _| product * v[*x])),
+                Operation::Recip(x) => 1.0 / v[*x],
+                Operation::Call(function, x) => {
+                    let x: Vec<f64> = x.iter().map(|x| v[*x]).collect();
+                    let choice = match function {
+                        Function::Abs | Function::Signum => Some(x[0] < 0.0),
+                        Function::Min | Function::Max => Some(x[0] < x[1]),
+                        _ => None,
+                    };
+                    if let Some(choice) = choice {
+                        choices = (choices ^ u64::from(choice)).wrapping_mul(0x0100_0000_01b3);
+                    }
+                    (function.row().value)(&x)
+                }
+                Operation::Select(c, x, y) => v[if v[*c] != 0.0 { *x } else { *y }],
+                Operation::Known(known) => truth(*known),
+                Operation::Compare(comparison, x, y) => {
+                    let holds = holds(*comparison, v[*x], v[*y]);
+                    choices = (choices ^ u64::from(holds)).wrapping_mul(0x0100_0000_01b3);
+                    truth(holds)
+                }
+                Operation::And(a, b) => v[*a].min(v[*b]),
+                Operation::Or(a, b) => v[*a].max(v[*b]),
+                Operation::Not(a) => 1.0 - v[*a],
+            };
+            v.push(value);
+        }
+        (self.outputs.iter().map(|at| v[*at]).collect(), choices)
+    }
+
+    /// The outputs with bounds on their errors, from inputs that may be off by this much.
+    pub(crate) fn bounds(&self, inputs: &[f64], errors: &[f64]) -> Vec<Bounded> {
+        let mut v: Vec<Bounded> = Vec::with_capacity(self.operations.len());
+        for operation in &self.operations {
+            let mut bounded = self.bounded(operation, &v, inputs, errors);
+            if bounded.error.is_nan() {
+                bounded.error = f64::INFINITY;
+            }
+            v.push(bounded);
+        }
+        self.outputs.iter().map(|at| v[*at]).collect()
+    }
+
+    fn bounded(&self, operation: &Operation, v: &[Bounded], inputs: &[f64], errors: &[f64]) -> Bounded {
+        let truth = |value: bool, certain: bool| Bounded {
+            value: if value { 1.0 } else { 0.0 },
+            error: if certain { 0.0 } else { 1.0 },
+        };
+        match operation {
+            Operation::Constant(c) => Bounded { value: c.value, error: c.inexact * c.value.abs() },
+            Operation::Input(at) => Bounded { value: inputs[*at], error: errors[*at] },
+            Operation::Difference(a, b) => {
+                let value = inputs[*a] - inputs[*b];
+                Bounded { value, error: errors[*a] + errors[*b] + UNIT * value.abs() }
+            }
+            Operation::Sum(constant, terms) => sum(constant, terms, v),
+            Operation::Product(factors) => {
+                let mut product: Option<Bounded> = None;
+                for (x, n) in factors {
+                    for _ in 0..*n {
+                        product = Some(product.map_or(v[*x], |product| multiply(product, v[*x])));
+                    }
+                }
+                product.unwrap_or(Bounded { value: 1.0, error: 0.0 })
+            }
+            Operation::Recip(x) => {
+                let (x, value) = (v[*x], 1.0 / v[*x].value);
+                let least = x.value.abs() - x.error;
+                let through = if least > 0.0 { x.error / (x.value.abs() * least) } else { f64::INFINITY };
+                Bounded { value, error: through + UNIT * value.abs() + f64::MIN_POSITIVE }
+            }
+            Operation::Call(function, x) => {
+                let x: Vec<Bounded> = x.iter().map(|x| v[*x]).collect();
+                let values: Vec<f64> = x.iter().map(|x| x.value).collect();
+                let value = (function.row().value)(&values);
+                let through = self.partials.get(function).map_or(f64::INFINITY, |p| p.through(&x));
+                Bounded { value, error: through + rounding(*function) * value.abs() }
+            }
+            Operation::Select(c, x, y) => {
+                let (condition, x, y) = (v[*c], v[*x], v[*y]);
+                let chosen = if condition.value != 0.0 { x } else { y };
+                if condition.error == 0.0 {
+                    return chosen;
+                }
+                let apart = (x.value - y.value).abs();
+                Bounded { value: chosen.value, error: apart + x.error.max(y.error) }
+            }
+            Operation::Known(known) => truth(*known, true),
+            Operation::Compare(comparison, x, y) => {
+                let (x, y) = (v[*x], v[*y]);
+                let certain =
+                    (x.value - y.value).abs() > x.error + y.error || (x.error == 0.0 && y.error == 0.0);
+                truth(holds(*comparison, x.value, y.value), certain)
+            }
+            Operation::And(a, b) => {
+                let (a, b) = (v[*a], v[*b]);
+                let decided = [a, b].iter().any(|x| x.value == 0.0 && x.error == 0.0);
+                truth(a.value != 0.0 && b.value != 0.0, decided || a.error + b.error == 0.0)
+            }
+            Operation::Or(a, b) => {
+                let (a, b) = (v[*a], v[*b]);
+                let decided = [a, b].iter().any(|x| x.value != 0.0 && x.error == 0.0);
+                truth(a.value != 0.0 || b.value != 0.0, decided || a.error + b.error == 0.0)
+            }
+            Operation::Not(a) => Bounded { value: 1.0 - v[*a].value, error: v[*a].error },
+        }
+    }
+}
+
+fn holds(comparison: Comparison, x: f64, y: f64) -> bool {
+    match comparison {
+        Comparison::Less => x < y,
+        Comparison::LessEqual => x <= y,
+        Comparison::Equal => x == y,
+    }
+}
+
+/// Every product and coefficient rounds once; of n additions in any order each rounds by no more than the sum of sizes.
+fn sum(constant: &Coefficient, terms: &[(Coefficient, usize)], v: &[Bounded]) -> Bounded {
+    let (mut value, mut size) = (constant.value, constant.value.abs());
+    let mut error = constant.inexact * size;
+    for (c, x) in terms {
+        let term = c.value * v[*x].value;
+        let rounded = if c.is_unit { 0.0 } else { UNIT };
+        value += term;
+        size += term.abs();
+        error += c.value.abs() * v[*x].error + (c.inexact + rounded) * term.abs();
+    }
+    let additions = terms.len() + usize::from(constant.value != 0.0) - 1;
+    error += match additions {
+        0 => 0.0,
+        1 => UNIT * value.abs(),
+        n => UNIT * (n - 1) as f64 * size + UNIT * value.abs(),
+    };
+    Bounded { value, error }
+}
+
+fn multiply(x: Bounded, y: Bounded) -> Bounded {
+    let value = x.value * y.value;
+    let through = x.value.abs() * y.error + y.value.abs() * x.error + x.error * y.error;
+    let underflow = if value.abs() < f64::MIN_POSITIVE && value != 0.0 { f64::MIN_POSITIVE } else { 0.0 };
+    Bounded { value, error: through + UNIT * value.abs() + underflow }
+}
+
+/// How far a function's value may be from the true one, relative to it.
+fn rounding(function: Function) -> f64 {
+    match function {
+        Function::Abs | Function::Min | Function::Max | Function::Signum => 0.0,
+        Function::Pi | Function::Sqrt => UNIT,
+        Function::CosSqrt(n) | Function::AngleRatio(n) => UNIT * f64::from(16 + 16 * u32::from(n)),
+        _ => 8.0 * UNIT,
+    }
+}
+
+/// The partial derivatives of a function, from its row of the function table.
+struct Partials {
+    function: Function,
+    layout: Layout,
+    graph: Graph,
+    derivatives: Vec<usize>,
+}
+
+impl Partials {
+    fn new(function: Function) -> Partials {
+        let row = function.row();
+        let parameter = |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
+        let signature = Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect() };
+        let mut graph = Graph::new(signature.clone());
+        let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();
+        let result = graph.call(function, &x);
+        let derivatives =
+            (0..row.arity).map(|k| (row.derivative)(&mut graph, &x, result, k).index()).collect();
+        Partials { function, layout: Layout::new(&signature), graph, derivatives }
+    }
+
+    /// Σ |∂f/∂xₖ| · error of xₖ, the largest over the ends of the intervals that the arguments lie in.
+    fn through(&self, x: &[Bounded]) -> f64 {
+        if x.iter().all(|x| x.error == 0.0) {
+            return 0.0;
+        }
+        if self.function == Function::Signum {
+            return if x[0].value.abs() > x[0].error { 0.0 } else { 2.0 };
+        }
+        let source: Source<f64> = Source::new(&self.graph, &self.layout, self.derivatives.iter().copied());
+        let mut worst = 0.0f64;
+        for corner in 0..1u32 << x.len() {
+            let point: Vec<f64> = x
+                .iter()
+                .enumerate()
+                .map(|(k, x)| if corner >> k & 1 == 0 { x.value - x.error } else { x.value + x.error })
+                .collect();
+            let values = source.evaluate(&point);
+            let mut change = 0.0;
+            for (k, x) in x.iter().enumerate().filter(|(_, x)| x.error != 0.0) {
+                change += source.get(&values, self.derivatives[k]).real().abs() * x.error;
+            }
+            if !(change <= worst) {
+                worst = if change.is_nan() { f64::INFINITY } else { change };
+            }
+        }
+        worst
+    }
+}
