@@ -11,12 +11,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What can be computed with.
 pub trait Arithmetic:
-    Clone
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// The nearest to an exact number.
     fn exact(value: &Exact) -> Self;

@@ -26,13 +26,13 @@ struct Worst {
 impl Worst {
     fn see(&mut self, error: f64, tolerance: f64, entry: impl FnOnce() -> Entry) {
         let here = ratio(error, tolerance);
-        if self.found.as_ref().is_none_or(|found| here > found.ratio() || here.is_nan()) {
+        if self.found.as_ref().is_none_or(|found| here > found.ratio()) {
             self.found = Some(entry());
         }
     }
 
     fn is_violation(&self) -> bool {
-        self.found.as_ref().is_some_and(|entry| !(entry.ratio() <= 1.0))
+        self.found.as_ref().is_some_and(|entry| entry.ratio() > 1.0)
     }
 }
 
@@ -124,7 +124,8 @@ impl Invariants {
                     size += f64::abs(term);
                     bound += error;
                 }
-                let tolerance = bound + 2.0 * UNIT * generator.len() as f64 * size + 2.0 * own + seen.point.noise;
+                let tolerance =
+                    bound + 2.0 * UNIT * generator.len() as f64 * size + 2.0 * own + seen.point.noise;
                 worst.see(sum.abs(), tolerance, || {
                     let (what, axis) = if number < 3 { ("force", number) } else { ("torque", number - 3) };
                     seen.entry(format!("total {what} {}", AXES[axis]), 0.0, sum, tolerance, state)
@@ -140,7 +141,8 @@ impl Invariants {
         for i in 0..n {
             for j in 0..i {
                 let (a, b) = (dfdv[i * n + j], dfdv[j * n + i]);
-                let (error, tolerance) = ((a.value - b.value).abs(), a.error + b.error + 2.0 * UNIT * a.value.abs());
+                let (error, tolerance) =
+                    ((a.value - b.value).abs(), a.error + b.error + 2.0 * UNIT * a.value.abs());
                 self.damping_symmetric.see(error, tolerance, || {
                     let name = format!("dfdv[{}][{}]", seen.names[i], seen.names[j]);
                     seen.entry(name, b.value, a.value, tolerance, seen.state)
@@ -290,7 +292,7 @@ fn balance(name: &'static str, motions: &[Motion]) -> Invariant {
     let worst = worst.max_by(|a, b| a.ratio().total_cmp(&b.ratio()));
     let verdict = match &worst {
         _ if kept.is_empty() => Verdict::NotInvariant,
-        Some(entry) if !(entry.ratio() <= 1.0) => Verdict::Violated,
+        Some(entry) if entry.ratio() > 1.0 => Verdict::Violated,
         _ => Verdict::Holds,
     };
     let mut detail = Vec::new();

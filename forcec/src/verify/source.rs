@@ -96,11 +96,9 @@ impl<N> Values<'_, N> {
 /// The nodes a node reads, as positions in the arena.
 fn operands(node: &Node) -> Vec<usize> {
     match node {
-        Node::Constant(_)
-        | Node::Entry(_)
-        | Node::Triple(_)
-        | Node::Difference(..)
-        | Node::Known(_) => vec![],
+        Node::Constant(_) | Node::Entry(_) | Node::Triple(_) | Node::Difference(..) | Node::Known(_) => {
+            vec![]
+        }
         Node::Sum(_, terms) => terms.iter().map(|(_, x)| x.index()).collect(),
         Node::Product(factors) => factors.iter().map(|(x, _)| x.index()).collect(),
         Node::Dot(u, v) | Node::Cross(u, v) => vec![u.index(), v.index()],
@@ -185,8 +183,12 @@ impl<'g, N: Number> Source<'g, N> {
 
     /// All values at a point.
     pub(crate) fn evaluate(&self, point: &[N]) -> Values<'static, N> {
-        let mut values =
-            Values { before: None, own: Vec::with_capacity(self.steps.len()), crossed: false, singular: false };
+        let mut values = Values {
+            before: None,
+            own: Vec::with_capacity(self.steps.len()),
+            crossed: false,
+            singular: false,
+        };
         for step in &self.steps {
             let value = self.value(step, &values, point);
             values.singular |= self.is_singular(step.node, &values);
