@@ -260,8 +260,85 @@ fn drag() -> Sample {
     })
 }
 
+/// The rotation vector of a body's orientation, 2 A(|u|², w) u for q = (u, w).
+fn logarithm() -> Sample {
+    let [ks, kd] = GAINS;
+    sample("logarithm", &[BodyKind::RIGID], &[ks, kd], |g| {
+        let first = slot(g, 0, Role::Orientation);
+        let q = [0, 1, 2, 3].map(|offset| g.entry(Slot { offset, ..first }));
+        let squares = [0, 1, 2].map(|k| (Exact::ONE, g.powi(q[k], 2)));
+        let m = g.sum(Exact::ZERO, squares.to_vec());
+        let ratio = g.call(Function::AngleRatio(0), &[m, q[3]]);
+        let twice = g.scaled(Exact::from(2), ratio);
+        two_sided([0, 1, 2].map(|k| Row::Real(g.mul(twice, q[k]))).to_vec())
+    })
+}
+
+/// cos |x|, which is smooth at the origin, and a one-sided row beside a two-branched one.
+fn ripple() -> Sample {
+    sample("ripple", &[BodyKind::PARTICLE; 2], &[("depth", REAL)], |g| {
+        let (a, b) = (position(g, 0), position(g, 1));
+        let d = g.vector_sub(b, a);
+        let (square, depth) = (g.dot(d, d), real(g, 0));
+        let wave = g.call(Function::CosSqrt(0), &[square]);
+        let (first, second) = (g.component(d, 0), g.component(d, 1));
+        let (least, size) = (g.call(Function::Min, &[first, second]), g.call(Function::Abs, &[second]));
+        let root = g.call(Function::Hypot, &[least, depth]);
+        let heavy = g.product(&[(depth, 1), (root, 2)]);
+        Law::Energy(g.sum(
+            Exact::ratio(1, 3),
+            vec![(Exact::ONE, wave), (Exact::ratio(1, 7), heavy), (Exact::ONE, size)],
+        ))
+    })
+}
+
+/// Two spheres: one-sided, with a gain a row.
+fn spheres() -> Sample {
+    let parameters = [
+        ("radius_a", REAL),
+        ("radius_b", REAL),
+        ("stiffness", ParameterType::Array(1, Box::new(REAL))),
+        ("damping", ParameterType::Array(1, Box::new(REAL))),
+    ];
+    rigid("spheres", &parameters, |g| {
+        let (a, b) = (position(g, 0), position(g, 1));
+        let d = g.vector_sub(b, a);
+        let (length, first, second) = (g.norm(d), real(g, 0), real(g, 1));
+        let gap = g.sum(Exact::ZERO, vec![(Exact::ONE, length), (-Exact::ONE, first), (-Exact::ONE, second)]);
+        Law::Constraint { rows: vec![Row::Real(gap)], unilateral: true, per_row: true }
+    })
+}
+
 fn all() -> Vec<Sample> {
-    vec![ball(), distance(), hinge(), per_row(), twist(), spring(), floor(), neo_hookean(), tilt(), drag()]
+    vec![
+        ball(),
+        distance(),
+        hinge(),
+        per_row(),
+        twist(),
+        spring(),
+        floor(),
+        neo_hookean(),
+        tilt(),
+        drag(),
+        logarithm(),
+        ripple(),
+        spheres(),
+    ]
+}
+
+/// Many seeds: a check that is right raises no alarm at any of them.
+#[test]
+#[ignore = "minutes"]
+fn no_seed_raises_an_alarm() {
+    for seed in 100..130 {
+        for sample in all() {
+            let (source, program) = (sample.source(), sample.program());
+            let options = CheckOptions { seed, ..CheckOptions::default() };
+            let report = verify::check(&Subject { source: &source, program: &program }, &options);
+            assert!(report.passed, "{}", report.table());
+        }
+    }
 }
 
 #[test]
