@@ -20,6 +20,9 @@ pub struct Identity {
 
 /// Applies the first identity that matches a call.
 pub(crate) fn apply(graph: &mut Graph, function: Function, arguments: &[Real]) -> Option<Real> {
+    if arguments.is_empty() {
+        return None;
+    }
     IDENTITIES.iter().find_map(|identity| (identity.apply)(graph, function, arguments))
 }
 

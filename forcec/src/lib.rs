@@ -4,17 +4,28 @@
 //! Rust kernels for the force and its exact derivatives ∂F/∂X and ∂F/∂V.
 
 pub mod bodies;
+pub mod check;
+#[cfg(feature = "cli")]
+pub mod cli;
+pub mod compile;
 pub mod definition;
 pub mod derive;
 pub mod diagnostic;
+pub mod eval;
 pub mod exact;
+pub mod formula;
 pub mod identities;
+pub mod kernel;
 pub mod number;
 pub mod ops;
 pub mod optimize;
 pub mod scalar;
+pub mod schedule;
 pub mod span;
 pub mod special;
+pub mod syntax;
+pub mod targets;
+pub mod text;
 pub mod vector;
 #[cfg(feature = "verify")]
 pub mod verify;

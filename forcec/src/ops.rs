@@ -1,7 +1,8 @@
 //! The function table: one row states everything the compiler knows about a function of reals.
 //!
 //! Adding a function is adding a variant and its row. The derivative may use the function's own result; the spelling
-//! is a template in which `{0}`, `{1}` stand for the arguments and `{f}` for the suffix of C's single precision.
+//! is a template in which `{0}`, `{1}` stand for the arguments, `{p}` for the precision, `{f}` and `{F}` for the suffixes of
+//! C's single precision, and `{n}` for the number within a family.
 
 use crate::exact::Exact;
 use crate::special;
@@ -137,7 +138,16 @@ macro_rules! row {
 
 static PI: FunctionRow = FunctionRow {
     cost: Cost::Free,
-    ..row!("PI" / 0, All, All, "0", |g, _, _, _| g.zero(), |_| std::f64::consts::PI, "FORCEC_PI{F}", "PI")
+    ..row!(
+        "PI" / 0,
+        All,
+        All,
+        "0",
+        |g, _, _, _| g.zero(),
+        |_| std::f64::consts::PI,
+        "FORCEC_PI{F}",
+        "core::{p}::consts::PI"
+    )
 };
 static ABS: FunctionRow = row!(
     "abs" / 1,
@@ -392,7 +402,7 @@ static MIN: FunctionRow = row!(
     "x < y ? 1 : 0, x < y ? 0 : 1",
     |g, x, _, k| chosen(g, x, k, true),
     |x| x[0].min(x[1]),
-    "fmin{f}({0}, {1})",
+    "forcec_min_{p}({0}, {1})",
     "{0}.min({1})"
 );
 static MAX: FunctionRow = row!(
@@ -402,7 +412,7 @@ static MAX: FunctionRow = row!(
     "y < x ? 1 : 0, y < x ? 0 : 1",
     |g, x, _, k| chosen(g, x, k, false),
     |x| x[0].max(x[1]),
-    "fmax{f}({0}, {1})",
+    "forcec_max_{p}({0}, {1})",
     "{0}.max({1})"
 );
 static SIGNUM: FunctionRow = row!(
@@ -412,7 +422,7 @@ static SIGNUM: FunctionRow = row!(
     "0",
     |g, _, _, _| g.zero(),
     |x| x[0].signum(),
-    "copysign{f}({1f}, {0})",
+    "copysign{f}(1.0{f}, {0})",
     "{0}.signum()"
 );
 

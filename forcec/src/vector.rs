@@ -60,6 +60,9 @@ pub enum Comparison {
     Equal,
 }
 
+/// A product of stored unit quaternions, left to right, each inverted or not.
+pub type Turn = Box<[(Slot, bool)]>;
+
 /// One node.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Node {
@@ -77,6 +80,8 @@ pub enum Node {
     Component(Vector, u8),
     /// |v|
     Norm(Vector),
+    /// w of the product of stored unit quaternions, each inverted or not.
+    TurnReal(Turn),
     /// A row of the function table.
     Call(Function, Box<[Real]>),
     /// if the condition holds the first, else the second
@@ -96,6 +101,8 @@ pub enum Node {
     Cross(Vector, Vector),
     /// q·v, or q⁻¹·v when inverse, for the unit quaternion stored at the slot
     Rotate(Slot, bool, Vector),
+    /// (x, y, z) of the product of stored unit quaternions.
+    TurnVector(Turn),
     /// A vector from its entries.
     Pack([Real; 3]),
     /// if the condition holds the first, else the second
@@ -113,6 +120,37 @@ pub enum Node {
     Or(Truth, Truth),
     /// Not.
     Not(Truth),
+}
+
+impl Node {
+    /// The nodes this one reads, truths included, as positions in the arena.
+    pub fn operands(&self) -> Vec<u32> {
+        match self {
+            Node::Constant(_)
+            | Node::Entry(_)
+            | Node::Triple(_)
+            | Node::TurnReal(_)
+            | Node::TurnVector(_)
+            | Node::Difference(..)
+            | Node::Known(_) => {
+                vec![]
+            }
+            Node::Sum(_, terms) => terms.iter().map(|(_, x)| x.0).collect(),
+            Node::Product(factors) => factors.iter().map(|(x, _)| x.0).collect(),
+            Node::Dot(u, v) | Node::Cross(u, v) => vec![u.0, v.0],
+            Node::Component(v, _) | Node::Norm(v) | Node::Rotate(_, _, v) | Node::VectorLet(v) => vec![v.0],
+            Node::Call(_, arguments) => arguments.iter().map(|x| x.0).collect(),
+            Node::Select(c, x, y) => vec![c.0, x.0, y.0],
+            Node::Let(x) => vec![x.0],
+            Node::VectorSum(terms) => terms.iter().map(|(_, v)| v.0).collect(),
+            Node::Scale(s, v) => vec![s.0, v.0],
+            Node::Pack(entries) => entries.iter().map(|x| x.0).collect(),
+            Node::VectorSelect(c, u, v) => vec![c.0, u.0, v.0],
+            Node::Compare(_, x, y) => vec![x.0, y.0],
+            Node::And(a, b) | Node::Or(a, b) => vec![a.0, b.0],
+            Node::Not(a) => vec![a.0],
+        }
+    }
 }
 
 /// The arena.
@@ -143,6 +181,11 @@ impl Graph {
     /// An empty graph that keeps every operation as it is written.
     pub fn verbatim(signature: Signature) -> Graph {
         Graph { simplify: false, ..Graph::new(signature) }
+    }
+
+    /// Whether the constructors simplify.
+    pub fn simplifies(&self) -> bool {
+        self.simplify
     }
 
     /// Number of nodes.
@@ -249,7 +292,7 @@ impl Graph {
         for (coefficient, term) in terms {
             match self.at(term) {
                 Node::Constant(value) => constant = &constant + &(&coefficient * value),
-                Node::Sum(inner, terms) => {
+                Node::Sum(inner, terms) if terms.len() <= LONGEST_SUM => {
                     constant = &constant + &(&coefficient * inner);
                     flat.extend(terms.iter().map(|(c, t)| (&coefficient * c, *t)));
                 }
@@ -404,10 +447,26 @@ impl Graph {
         {
             return value;
         }
+        if self.holds_point(rest) {
+            self.names.entry(rest.0).or_insert_with(|| name.to_owned());
+            return value;
+        }
         let held = self.real(Node::Let(rest));
         self.held.insert(rest.0, held.0);
         self.names.entry(held.0).or_insert_with(|| name.to_owned());
         self.scaled(coefficient, held)
+    }
+
+    /// Whether a sum has an entry of a point as a term. Such a sum is named but stays open, so that the difference of
+    /// two of them becomes a difference of the points.
+    fn holds_point(&self, sum: Real) -> bool {
+        match self.at(sum) {
+            Node::Sum(_, terms) => terms.iter().any(|(_, term)| match *self.at(*term) {
+                Node::Component(v, _) => self.point(v).is_some(),
+                _ => false,
+            }),
+            _ => false,
+        }
     }
 
     /// Differences between entries of one axis of two points are pinned, as whole vectors are.
@@ -533,7 +592,9 @@ impl Graph {
         let mut flat: Vec<(Exact, Vector)> = Vec::new();
         for (coefficient, term) in terms {
             match self.vector_at(term) {
-                Node::VectorSum(inner) => flat.extend(inner.iter().map(|(c, v)| (&coefficient * c, *v))),
+                Node::VectorSum(inner) if inner.len() <= LONGEST_SUM => {
+                    flat.extend(inner.iter().map(|(c, v)| (&coefficient * c, *v)))
+                }
                 _ => flat.push((coefficient, term)),
             }
         }
@@ -766,6 +827,16 @@ impl Graph {
         self.vector_sum(vec![(coefficient, rotated)])
     }
 
+    /// The product of stored unit quaternions as (x, y, z) and w; at least one of them.
+    pub fn turn(&mut self, turn: &[(Slot, bool)]) -> (Vector, Real) {
+        if let [(slot, inverse)] = *turn {
+            let vector = self.triple(slot);
+            let w = self.entry(Slot { offset: slot.offset + 3, ..slot });
+            return (if inverse { self.vector_neg(vector) } else { vector }, w);
+        }
+        (self.vector(Node::TurnVector(turn.into())), self.real(Node::TurnReal(turn.into())))
+    }
+
     /// if the condition holds u, else v
     pub fn vector_select(&mut self, condition: Truth, u: Vector, v: Vector) -> Vector {
         if self.simplify {
@@ -786,6 +857,13 @@ impl Graph {
             && !matches!(self.vector_at(rest), Node::VectorSum(terms) if terms.len() > 1);
         if !self.simplify || plain {
             return value;
+        }
+        if let Node::VectorSum(terms) = self.vector_at(rest) {
+            if terms.iter().any(|(_, v)| self.point(*v).is_some()) {
+                // A point in the world: open for the same reason as in `holds_point`.
+                self.names.entry(rest.0).or_insert_with(|| name.to_owned());
+                return value;
+            }
         }
         let held = self.vector(Node::VectorLet(rest));
         self.held.insert(rest.0, held.0);
@@ -872,6 +950,9 @@ impl Graph {
         self.truth(Node::Not(a))
     }
 }
+
+/// A sum of more terms is a term itself where it is added to: accumulating n terms stays linear.
+const LONGEST_SUM: usize = 32;
 
 /// Beyond this many bits a power of a number is left to the kernel.
 const CONSTANT_BITS: usize = 4096;

@@ -4,12 +4,12 @@
 //! that multiplies its tangent. Where a branch is taken the gradient is formed forward, so that nothing of the branch
 //! that is not taken, not even a NaN, reaches the result.
 
-use super::lie::{Lie, Variable, partial_of_call, partial_of_product};
+use super::lie::{Lie, Turned, Variable, partial_of_call, partial_of_product};
 use crate::bodies::{Role, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
-use crate::vector::{Node, Real, Vector};
-use std::collections::BTreeMap;
+use crate::vector::{Graph, Node, Real, Vector};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Accumulated adjoints by node.
 #[derive(Default)]
@@ -121,6 +121,11 @@ fn propagate_real(lie: &mut Lie, adjoints: &mut Adjoints, node: Real, adjoint: R
                 adjoints.variable(variable, Exact::ONE, moved);
             }
         }
+        Node::TurnReal(turn) => {
+            let (u, _) = lie.graph.turn(&turn);
+            let moved = lie.graph.scale(adjoint, u);
+            turn_adjoint(lie, adjoints, &turn, -Exact::ONE, |_, _| moved);
+        }
         Node::Call(function, arguments) => {
             for (k, &argument) in arguments.iter().enumerate() {
                 let partial = partial_of_call(&mut lie.graph, function, &arguments, node, k);
@@ -194,6 +199,10 @@ fn propagate_vector(
             }
             adjoints.vector(v, back);
         }
+        Node::TurnVector(turn) => {
+            let (u, w) = lie.graph.turn(&turn);
+            turn_adjoint(lie, adjoints, &turn, Exact::ONE, |g, turned| turned.transposed(g, adjoint, u, w));
+        }
         Node::Pack(entries) => {
             for (axis, x) in entries.into_iter().enumerate() {
                 let share = lie.graph.component(adjoint, axis as u8);
@@ -212,6 +221,28 @@ fn propagate_vector(
             adjoints.vector(v, held);
         }
         _ => {}
+    }
+}
+
+/// Adds the torques R⁻¹ `moved` of a product of quaternions at every place where it turns with a body.
+fn turn_adjoint(
+    lie: &mut Lie,
+    adjoints: &mut Adjoints,
+    turn: &[(Slot, bool)],
+    sign: Exact,
+    moved: impl Fn(&mut Graph, &Turned) -> Vector,
+) {
+    let slots: BTreeSet<Slot> = turn.iter().map(|(slot, _)| *slot).collect();
+    for slot in slots {
+        if lie.graph.signature.role(slot).is_none() {
+            continue;
+        }
+        let variable = Variable::Rotation(slot);
+        for turned in Turned::places(turn, variable) {
+            let moved = moved(&mut lie.graph, &turned);
+            let torque = turned.unrotate(&mut lie.graph, moved);
+            adjoints.variable(variable, &sign * &turned.coefficient, torque);
+        }
     }
 }
 

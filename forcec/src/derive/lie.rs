@@ -84,7 +84,7 @@ impl Lie {
             if self.memo.contains_key(&(index, variable)) || !missing.insert(index) {
                 continue;
             }
-            open.extend(operands(self.graph.node(index as usize)));
+            open.extend(self.graph.node(index as usize).operands());
         }
         for index in missing {
             let derivative = self.derive(index, variable);
@@ -105,6 +105,7 @@ impl Lie {
             | Node::Dot(..)
             | Node::Component(..)
             | Node::Norm(_)
+            | Node::TurnReal(_)
             | Node::Call(..)
             | Node::Select(..)
             | Node::Let(_) => Derivative::Row(self.derive_real(index, &node, variable)),
@@ -148,6 +149,14 @@ impl Lie {
                 }
                 let unit = self.graph.normalize(*v);
                 matrix.row_times(&mut self.graph, unit)
+            }
+            Node::TurnReal(turn) => {
+                let mut rows = Vec::new();
+                for turned in Turned::places(turn, variable) {
+                    let (u, _) = self.graph.turn(turn);
+                    rows.push((-&turned.coefficient, turned.unrotate(&mut self.graph, u)));
+                }
+                self.graph.vector_sum(rows)
             }
             Node::Call(function @ (Function::Min | Function::Max), arguments) => {
                 let (x, y) = (arguments[0], arguments[1]);
@@ -273,6 +282,15 @@ impl Lie {
                 };
                 Matrix::sum(g, &[(Exact::ONE, &turned), (Exact::ONE, &inner)])
             }
+            Node::TurnVector(turn) => {
+                let mut parts = Vec::new();
+                for turned in Turned::places(turn, variable) {
+                    let (u, w) = self.graph.turn(turn);
+                    parts.push((turned.coefficient.clone(), turned.matrix(&mut self.graph, u, w)));
+                }
+                let parts: Vec<(Exact, &Matrix)> = parts.iter().map(|(c, m)| (c.clone(), m)).collect();
+                Matrix::sum(&mut self.graph, &parts)
+            }
             Node::Pack(entries) => {
                 let rows = entries.map(|x| self.row_of(x, variable));
                 self.from_rows(rows)
@@ -320,26 +338,73 @@ impl Lie {
     }
 }
 
-/// The nodes a node reads, truths included.
-pub fn operands(node: &Node) -> Vec<u32> {
-    match node {
-        Node::Constant(_) | Node::Entry(_) | Node::Triple(_) | Node::Difference(..) | Node::Known(_) => {
-            vec![]
+/// How a product of quaternions q turns with an orientation: D q = c (0, s) q from the left, or q (0, s) from the
+/// right, for s = R δθ.
+pub(super) struct Turned {
+    /// c, ½ or −½
+    pub(super) coefficient: Exact,
+    /// The factors of R, left to right.
+    rotations: Vec<(Slot, bool)>,
+    right: bool,
+}
+
+impl Turned {
+    /// Every place where the product turns with the variable. A factor f turns by ½ δθ f, its inverse by −½ f⁻¹ δθ;
+    /// δθ is moved out to whichever side is nearer.
+    pub(super) fn places(turn: &[(Slot, bool)], variable: Variable) -> Vec<Turned> {
+        let mut places = Vec::new();
+        for (k, &(slot, inverse)) in turn.iter().enumerate() {
+            if variable == Variable::Rotation(slot) {
+                let coefficient = Exact::ratio(if inverse { -1 } else { 1 }, 2);
+                let (before, after) = turn.split_at(k + usize::from(inverse));
+                let right = after.len() < before.len();
+                let rotations = if right {
+                    after.iter().rev().map(|(slot, inverse)| (*slot, !inverse)).collect()
+                } else {
+                    before.to_vec()
+                };
+                places.push(Turned { coefficient, rotations, right });
+            }
         }
-        Node::Sum(_, terms) => terms.iter().map(|(_, x)| x.0).collect(),
-        Node::Product(factors) => factors.iter().map(|(x, _)| x.0).collect(),
-        Node::Dot(u, v) | Node::Cross(u, v) => vec![u.0, v.0],
-        Node::Component(v, _) | Node::Norm(v) | Node::Rotate(_, _, v) | Node::VectorLet(v) => vec![v.0],
-        Node::Call(_, arguments) => arguments.iter().map(|x| x.0).collect(),
-        Node::Select(c, x, y) => vec![c.0, x.0, y.0],
-        Node::Let(x) => vec![x.0],
-        Node::VectorSum(terms) => terms.iter().map(|(_, v)| v.0).collect(),
-        Node::Scale(s, v) => vec![s.0, v.0],
-        Node::Pack(entries) => entries.iter().map(|x| x.0).collect(),
-        Node::VectorSelect(c, u, v) => vec![c.0, u.0, v.0],
-        Node::Compare(_, x, y) => vec![x.0, y.0],
-        Node::And(a, b) | Node::Or(a, b) => vec![a.0, b.0],
-        Node::Not(a) => vec![a.0],
+        places
+    }
+
+    /// R v
+    pub(super) fn rotate(&self, g: &mut Graph, v: Vector) -> Vector {
+        self.rotations.iter().rev().fold(v, |v, (slot, inverse)| g.rotate(*slot, *inverse, v))
+    }
+
+    /// R⁻¹ v
+    pub(super) fn unrotate(&self, g: &mut Graph, v: Vector) -> Vector {
+        self.rotations.iter().fold(v, |v, (slot, inverse)| g.rotate(*slot, !inverse, v))
+    }
+
+    /// The vector part of (0, s) (u, w), or of (u, w) (0, s): w s ± s × u.
+    pub(super) fn vector_part(&self, g: &mut Graph, s: Vector, u: Vector, w: Real) -> Vector {
+        let along = g.scale(w, s);
+        let across = if self.right { g.cross(u, s) } else { g.cross(s, u) };
+        g.vector_add(along, across)
+    }
+
+    /// The transpose of [`Turned::vector_part`] in s: w p ± u × p.
+    pub(super) fn transposed(&self, g: &mut Graph, p: Vector, u: Vector, w: Real) -> Vector {
+        let along = g.scale(w, p);
+        let across = if self.right { g.cross(p, u) } else { g.cross(u, p) };
+        g.vector_add(along, across)
+    }
+
+    /// The derivative of the vector part, without the coefficient: (w I ∓ [u]×) R.
+    fn matrix(&self, g: &mut Graph, u: Vector, w: Real) -> Matrix {
+        if self.rotations.is_empty() {
+            let skew = if self.right { u } else { g.vector_neg(u) };
+            return Matrix { identity: w, skew, outer: Vec::new() };
+        }
+        let columns = [0, 1, 2].map(|axis| {
+            let basis = g.basis(axis);
+            let column = self.rotate(g, basis);
+            (self.vector_part(g, column, u, w), basis)
+        });
+        Matrix::outer(g, columns.into())
     }
 }
 

@@ -17,7 +17,7 @@ use crate::definition::{Definition, Law, Row};
 use crate::exact::Exact;
 use crate::vector::{Graph, Node, Real, Vector};
 use gradient::gradient;
-use lie::{Lie, Variable, operands};
+use lie::{Lie, Variable};
 use rate::Rates;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -223,7 +223,7 @@ fn frontier(graph: &Graph, roots: impl Iterator<Item = usize>) -> BTreeSet<(Slot
             },
             _ => {}
         }
-        open.extend(operands(node));
+        open.extend(node.operands());
     }
     let usable =
         |role: &Role, set: &BTreeSet<(Slot, Slot)>| !bare.contains(role) && set.len() < moved[role].len();

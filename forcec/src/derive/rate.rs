@@ -2,7 +2,7 @@
 //!
 //! In: nodes that read the pose. Out: nodes that read pose and velocity. The rate of a let is a let: `d` has `d_dot`.
 
-use super::lie::{operands, partial_of_call, partial_of_product};
+use super::lie::{Turned, Variable, partial_of_call, partial_of_product};
 use crate::bodies::{Role, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
@@ -60,7 +60,7 @@ impl Rates<'_> {
         let mut missing = BTreeSet::new();
         while let Some(index) = open.pop() {
             if !self.memo.contains_key(&index) && missing.insert(index) {
-                open.extend(operands(self.graph.node(index as usize)));
+                open.extend(self.graph.node(index as usize).operands());
             }
         }
         for index in missing {
@@ -113,6 +113,14 @@ impl Rates<'_> {
                 }
                 Rate::Vector(rate)
             }
+            Node::TurnVector(turn) => {
+                let (u, w) = self.graph.turn(&turn);
+                let mut terms = Vec::new();
+                for (turned, spin) in self.turn_rates(&turn) {
+                    terms.push((turned.coefficient.clone(), turned.vector_part(self.graph, spin, u, w)));
+                }
+                Rate::Vector(self.graph.vector_sum(terms))
+            }
             Node::Pack(entries) => {
                 let rates = entries.map(|x| self.real_of(x));
                 Rate::Vector(self.graph.pack(rates))
@@ -162,6 +170,14 @@ impl Rates<'_> {
                 let rate = self.vector_of(*v);
                 let unit = self.graph.normalize(*v);
                 self.graph.dot(unit, rate)
+            }
+            Node::TurnReal(turn) => {
+                let (u, _) = self.graph.turn(turn);
+                let mut terms = Vec::new();
+                for (turned, spin) in self.turn_rates(turn) {
+                    terms.push((-&turned.coefficient, self.graph.dot(u, spin)));
+                }
+                self.graph.sum(Exact::ZERO, terms)
             }
             Node::Call(function @ (Function::Min | Function::Max), arguments) => {
                 let (x, y) = (arguments[0], arguments[1]);
@@ -213,6 +229,20 @@ impl Rates<'_> {
         }
         let slot = self.graph.signature.body_slot(slot.argument, Role::AngularVelocity)?;
         Some(self.graph.triple(slot))
+    }
+
+    /// Where a product of quaternions turns, and the angular velocity there.
+    fn turn_rates(&mut self, turn: &[(Slot, bool)]) -> Vec<(Turned, Vector)> {
+        let slots: BTreeSet<Slot> = turn.iter().map(|(slot, _)| *slot).collect();
+        let mut rates = Vec::new();
+        for slot in slots {
+            let Some(spin) = self.spin(slot) else { continue };
+            for turned in Turned::places(turn, Variable::Rotation(slot)) {
+                let spin = turned.rotate(self.graph, spin);
+                rates.push((turned, spin));
+            }
+        }
+        rates
     }
 
     fn triple(&mut self, slot: Slot) -> Vector {

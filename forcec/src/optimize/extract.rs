@@ -10,9 +10,6 @@ use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
-/// A sum of more terms offers only neighbouring pairs as divisors.
-const WIDE: usize = 24;
-
 /// a + ratio · b
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Divisor {
@@ -50,7 +47,7 @@ struct Extraction<'n> {
     divisors: indexmap::IndexMap<Divisor, Candidate, rustc_hash::FxBuildHasher>,
     pairs: indexmap::IndexMap<(Atom, Atom), Pair, rustc_hash::FxBuildHasher>,
     /// The candidates each user takes part in.
-    of_user: FxHashMap<Atom, (Vec<u32>, Vec<u32>)>,
+    of_user: FxHashMap<Atom, (Vec<u32>, Vec<(u32, Monomial)>)>,
     heap: BinaryHeap<Scored>,
     dirty_divisors: BTreeSet<u32>,
     dirty_pairs: BTreeSet<u32>,
@@ -115,8 +112,7 @@ impl Extraction<'_> {
         let mut divisors = Vec::new();
         let mut pairs = Vec::new();
         for (i, (mi, ci)) in terms.iter().enumerate() {
-            let reach = if terms.len() > WIDE { (i + 3).min(terms.len()) } else { terms.len() };
-            for (mj, cj) in &terms[i + 1..reach] {
+            for (mj, cj) in &terms[i + 1..] {
                 let (divisor, pair) = self.divisor((*mi, ci), (*mj, cj));
                 let entry = self.divisors.entry(divisor);
                 let number = entry.index() as u32;
@@ -129,12 +125,12 @@ impl Extraction<'_> {
                     let entry = self.pairs.entry((x, y));
                     let number = entry.index() as u32;
                     entry.or_default().uses.insert((atom, *mi));
-                    pairs.push(number);
+                    pairs.push((number, *mi));
                 }
             }
         }
         self.dirty_divisors.extend(&divisors);
-        self.dirty_pairs.extend(&pairs);
+        self.dirty_pairs.extend(pairs.iter().map(|(number, _)| *number));
         self.of_user.insert(atom, (divisors, pairs));
     }
 
@@ -143,11 +139,11 @@ impl Extraction<'_> {
         for &number in &divisors {
             self.divisors[number as usize].uses.remove(&atom);
         }
-        for &number in &pairs {
-            self.pairs[number as usize].uses.retain(|(user, _)| *user != atom);
+        for &(number, monomial) in &pairs {
+            self.pairs[number as usize].uses.remove(&(atom, monomial));
+            self.dirty_pairs.insert(number);
         }
         self.dirty_divisors.extend(divisors);
-        self.dirty_pairs.extend(pairs);
     }
 
     /// The divisor of two terms, and the terms in its order.

@@ -6,7 +6,7 @@
 //! 2u×(u×v) on the stored quaternion, as a matrix where it serves several arms.
 
 use crate::bodies::Slot;
-use crate::derive::lie::{Lie, Variable, operands};
+use crate::derive::lie::{Lie, Variable};
 use crate::derive::matrix::Matrix;
 use crate::derive::{Combination, Derived};
 use crate::exact::Exact;
@@ -57,10 +57,13 @@ fn shared_rotations(derived: &Derived) -> BTreeSet<Slot> {
             continue;
         }
         let node = graph.node(index as usize);
-        if let Node::Rotate(quaternion, ..) = node {
-            *arms.entry(*quaternion).or_default() += 1;
+        match node {
+            Node::Rotate(quaternion, ..) => *arms.entry(*quaternion).or_default() += 1,
+            // Its derivatives turn three basis vectors.
+            Node::TurnVector(turn) => turn.iter().for_each(|(slot, _)| *arms.entry(*slot).or_default() += 3),
+            _ => {}
         }
-        open.extend(operands(node));
+        open.extend(node.operands());
     }
     arms.into_iter().filter(|(_, n)| *n > 1).map(|(slot, _)| slot).collect()
 }
@@ -111,11 +114,21 @@ impl Lowering {
         let mut missing = BTreeSet::new();
         while let Some(index) = open.pop() {
             if !self.lowered.contains_key(&index) && missing.insert(index) {
-                open.extend(operands(self.lie.graph.node(index as usize)));
+                open.extend(self.lie.graph.node(index as usize).operands());
             }
         }
         for index in missing {
             let lowered = self.lower_node(index);
+            if let Some(name) = self.lie.graph.name(index as usize) {
+                match lowered {
+                    Lowered::Real(id) => self.scalar.set_name(id, name),
+                    Lowered::Vector(entries) => {
+                        for (id, axis) in entries.into_iter().zip(["x", "y", "z"]) {
+                            self.scalar.set_name(id, &format!("{name}_{axis}"));
+                        }
+                    }
+                }
+            }
             self.lowered.insert(index, lowered);
             self.journal.push(index);
         }
@@ -151,26 +164,22 @@ impl Lowering {
                 let v = self.entries(v);
                 Lowered::Vector(self.rotate(quaternion, inverse, v))
             }
+            Node::TurnVector(turn) => {
+                let [x, y, z, _] = self.turn(&turn);
+                Lowered::Vector([x, y, z])
+            }
             Node::Pack(entries) => Lowered::Vector(entries.map(|x| self.id(x.0))),
             Node::VectorSelect(condition, u, v) => {
                 let condition = self.id(condition.0);
                 let (u, v) = (self.entries(u), self.entries(v));
                 Lowered::Vector([0, 1, 2].map(|k| self.scalar.select(condition, u[k], v[k])))
             }
-            Node::VectorLet(v) => {
-                let entries = self.entries(v);
-                if let Some(name) = self.lie.graph.name(index as usize) {
-                    for (id, axis) in entries.into_iter().zip(["x", "y", "z"]) {
-                        self.scalar.set_name(id, &format!("{name}_{axis}"));
-                    }
-                }
-                Lowered::Vector(entries)
-            }
-            _ => Lowered::Real(self.lower_real(index, &node)),
+            Node::VectorLet(v) => Lowered::Vector(self.entries(v)),
+            _ => Lowered::Real(self.lower_real(&node)),
         }
     }
 
-    fn lower_real(&mut self, index: u32, node: &Node) -> Id {
+    fn lower_real(&mut self, node: &Node) -> Id {
         match node {
             Node::Constant(value) => self.scalar.constant(value.clone()),
             Node::Entry(slot) => self.scalar.input(*slot),
@@ -197,6 +206,7 @@ impl Lowering {
                 let square = self.dot(v, v);
                 self.scalar.call(crate::ops::Function::Sqrt, &[square])
             }
+            Node::TurnReal(turn) => self.turn(turn)[3],
             Node::Call(function, arguments) => {
                 let arguments: Vec<Id> = arguments.iter().map(|x| self.id(x.0)).collect();
                 self.scalar.call(*function, &arguments)
@@ -205,13 +215,7 @@ impl Lowering {
                 let (condition, x, y) = (self.id(condition.0), self.id(x.0), self.id(y.0));
                 self.scalar.select(condition, x, y)
             }
-            Node::Let(x) => {
-                let id = self.id(x.0);
-                if let Some(name) = self.lie.graph.name(index as usize) {
-                    self.scalar.set_name(id, name);
-                }
-                id
-            }
+            Node::Let(x) => self.id(x.0),
             Node::Known(value) => self.scalar.known(*value),
             Node::Compare(comparison, x, y) => {
                 let (x, y) = (self.id(x.0), self.id(y.0));
@@ -243,6 +247,31 @@ impl Lowering {
             let (first, second) = (self.scalar.mul(u[j], v[k]), self.scalar.mul(u[k], v[j]));
             self.scalar.sub(first, second)
         })
+    }
+
+    /// The product of stored quaternions: (u, w)(v, s) = (w v + s u + u×v, w s − u·v).
+    fn turn(&mut self, turn: &[(Slot, bool)]) -> [Id; 4] {
+        let mut product: Option<([Id; 3], Id)> = None;
+        for (slot, inverse) in turn {
+            let [x, y, z, s] =
+                [0, 1, 2, 3].map(|k| self.scalar.input(Slot { offset: slot.offset + k, ..*slot }));
+            let v = if *inverse { [x, y, z].map(|entry| self.scalar.neg(entry)) } else { [x, y, z] };
+            product = Some(match product {
+                None => (v, s),
+                Some((u, w)) => {
+                    let across = self.cross(u, v);
+                    let vector = [0, 1, 2].map(|k| {
+                        let (first, second) = (self.scalar.mul(w, v[k]), self.scalar.mul(s, u[k]));
+                        self.scalar
+                            .sum(Exact::ZERO, [first, second, across[k]].map(|id| (Exact::ONE, id)).into())
+                    });
+                    let (straight, along) = (self.scalar.mul(w, s), self.dot(u, v));
+                    (vector, self.scalar.sub(straight, along))
+                }
+            });
+        }
+        let ([x, y, z], w) = product.expect("a product has factors");
+        [x, y, z, w]
     }
 
     /// v + 2w (u×v) + 2u×(u×v), or with −u for the inverse.

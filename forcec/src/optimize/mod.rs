@@ -21,6 +21,13 @@ pub struct Pass {
     run: fn(&Program) -> Program,
 }
 
+impl Pass {
+    /// Applies the pass.
+    pub fn run(&self, program: &Program) -> Program {
+        (self.run)(program)
+    }
+}
+
 /// Steps of factoring a program of this size may take.
 const EXTRACTION_STEPS: usize = 1_000_000;
 
@@ -73,7 +80,7 @@ pub fn optimize(derived: Derived) -> Optimized {
     let lowered = program.operations();
     let mut report = Vec::new();
     for pass in &PASSES {
-        let next = (pass.run)(&program);
+        let next = pass.run(&program);
         let (before, after) = (program.operations(), next.operations());
         if (after.total(), after.neg) <= (before.total(), before.neg) || pass.name == "collect" {
             program = next;

@@ -94,6 +94,9 @@ pub struct Network {
 
 type Terms = Vec<(Exact, Vec<Atom>)>;
 
+/// Sums of more terms are split.
+const LONGEST_SUM: usize = 24;
+
 struct Reader<'p> {
     graph: &'p Graph,
     uses: Vec<u32>,
@@ -160,8 +163,17 @@ impl Network {
         (self.values.len() - 1) as Atom
     }
 
-    /// Terms as a polynomial, numbers other than ±1 as atoms.
-    fn lift(&mut self, terms: Terms) -> Polynomial {
+    /// Terms as a polynomial, numbers other than ±1 as atoms. A long sum becomes a sum of shorter ones, so that work
+    /// on one of its terms does not touch all others.
+    fn lift(&mut self, mut terms: Terms) -> Polynomial {
+        while terms.len() > LONGEST_SUM {
+            let mut shorter = Vec::with_capacity(terms.len() / LONGEST_SUM + 1);
+            for chunk in terms.chunks(LONGEST_SUM) {
+                let polynomial = self.lift(chunk.to_vec());
+                shorter.push((Exact::ONE, vec![self.define(Value::Sum(polynomial))]));
+            }
+            terms = shorter;
+        }
         let mut polynomial = Polynomial::new();
         for (coefficient, mut atoms) in terms {
             let (sign, size) = (coefficient.is_negative(), coefficient.abs());

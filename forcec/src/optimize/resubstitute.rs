@@ -15,7 +15,15 @@ const WIDE: usize = 8;
 /// Rewrites sums with existing ones; whether anything changed.
 pub fn resubstitute(network: &mut Network) -> bool {
     let order = network.order();
-    // Divisors by the least atom of their first product.
+    let mut frequency: FxHashMap<Atom, usize> = FxHashMap::default();
+    for &atom in &order {
+        if let Value::Sum(_) = network.values[atom as usize] {
+            for operand in network.operands(atom) {
+                *frequency.entry(operand).or_default() += 1;
+            }
+        }
+    }
+    // Divisors by their rarest atom: what they divide must hold it.
     let mut divisors: FxHashMap<Atom, Vec<Atom>> = FxHashMap::default();
     let mut changed = false;
     for &atom in &order {
@@ -35,9 +43,11 @@ pub fn resubstitute(network: &mut Network) -> bool {
                 }
             }
         }
-        let first = polynomial.keys().find_map(|m| network.monomials.atoms(*m).first().copied());
-        if let Some(first) = first.filter(|_| (2..=WIDE).contains(&polynomial.len())) {
-            divisors.entry(first).or_default().push(atom);
+        if (2..=WIDE).contains(&polynomial.len()) {
+            let atoms = polynomial.keys().flat_map(|m| network.monomials.atoms(*m));
+            if let Some(rarest) = atoms.min_by_key(|a| (frequency.get(a), **a)) {
+                divisors.entry(*rarest).or_default().push(atom);
+            }
         }
         network.values[atom as usize] = Value::Sum(polynomial);
     }

@@ -93,33 +93,11 @@ impl<N> Values<'_, N> {
     }
 }
 
-/// The nodes a node reads, as positions in the arena.
-fn operands(node: &Node) -> Vec<usize> {
-    match node {
-        Node::Constant(_) | Node::Entry(_) | Node::Triple(_) | Node::Difference(..) | Node::Known(_) => {
-            vec![]
-        }
-        Node::Sum(_, terms) => terms.iter().map(|(_, x)| x.index()).collect(),
-        Node::Product(factors) => factors.iter().map(|(x, _)| x.index()).collect(),
-        Node::Dot(u, v) | Node::Cross(u, v) => vec![u.index(), v.index()],
-        Node::Component(v, _) | Node::Norm(v) | Node::VectorLet(v) | Node::Rotate(_, _, v) => vec![v.index()],
-        Node::Call(_, arguments) => arguments.iter().map(|x| x.index()).collect(),
-        Node::Select(c, x, y) => vec![c.index(), x.index(), y.index()],
-        Node::Let(x) => vec![x.index()],
-        Node::VectorSum(terms) => terms.iter().map(|(_, v)| v.index()).collect(),
-        Node::Scale(s, v) => vec![s.index(), v.index()],
-        Node::Pack(entries) => entries.iter().map(|x| x.index()).collect(),
-        Node::VectorSelect(c, u, v) => vec![c.index(), u.index(), v.index()],
-        Node::Compare(_, x, y) => vec![x.index(), y.index()],
-        Node::And(a, b) | Node::Or(a, b) => vec![a.index(), b.index()],
-        Node::Not(a) => vec![a.index()],
-    }
-}
-
 fn slots(node: &Node) -> Vec<Slot> {
     match node {
         Node::Entry(slot) | Node::Triple(slot) | Node::Rotate(slot, ..) => vec![*slot],
         Node::Difference(first, second) => vec![*first, *second],
+        Node::TurnReal(turn) | Node::TurnVector(turn) => turn.iter().map(|(slot, _)| *slot).collect(),
         _ => vec![],
     }
 }
@@ -133,7 +111,7 @@ impl<'g, N: Number> Source<'g, N> {
         }
         for index in (0..graph.len()).rev() {
             if live[index] {
-                for operand in operands(graph.node(index)) {
+                for operand in graph.node(index).operands().into_iter().map(|o| o as usize) {
                     live[operand] = true;
                 }
             }
@@ -141,7 +119,7 @@ impl<'g, N: Number> Source<'g, N> {
         let mut steps: Vec<Step<N>> = Vec::new();
         let mut places = vec![usize::MAX; graph.len()];
         for (index, node) in graph.nodes().enumerate().filter(|(index, _)| live[*index]) {
-            let through = operands(node).into_iter().map(|operand| steps[places[operand]].depends);
+            let through = node.operands().into_iter().map(|operand| steps[places[operand as usize]].depends);
             let direct = slots(node).into_iter().map(|slot| field_bit(layout, slot));
             let depends = through.chain(direct).fold(0, |all, fields| all | fields);
             let numbers = match node {
@@ -284,6 +262,19 @@ impl<'g, N: Number> Source<'g, N> {
                 self.get(values, $id.index()).truth()
             };
         }
+        // (u, w)(v, s) = (w v + s u + u×v, w s − u·v)
+        let turned = |turn: &[(Slot, bool)]| {
+            let factors = turn.iter().map(|(slot, inverse)| {
+                let [x, y, z] = triple(slot);
+                let w = point[place(slot) + 3].clone();
+                (if *inverse { [-x, -y, -z] } else { [x, y, z] }, w)
+            });
+            let product = factors.reduce(|(u, w), (v, s)| {
+                let vector = add(add(scale(&w, v.clone()), scale(&s, u.clone())), cross(&u, &v));
+                (vector, w * s - dot(&u, &v))
+            });
+            product.expect("a product of quaternions has factors")
+        };
         match step.node {
             Node::Constant(_) => Value::Real(step.numbers[0].clone()),
             Node::Entry(slot) => Value::Real(point[place(slot)].clone()),
@@ -342,6 +333,8 @@ impl<'g, N: Number> Source<'g, N> {
                 let axis = if *inverse { [-x, -y, -z] } else { [x, y, z] };
                 Value::Vector(rotate(&axis, &w, vector!(v)))
             }
+            Node::TurnReal(turn) => Value::Real(turned(turn).1),
+            Node::TurnVector(turn) => Value::Vector(turned(turn).0),
             Node::Pack(entries) => Value::Vector(entries.map(|x| real!(x))),
             Node::VectorSelect(c, u, v) => Value::Vector(if truth!(c) { vector!(u) } else { vector!(v) }),
             Node::VectorLet(v) => Value::Vector(vector!(v)),

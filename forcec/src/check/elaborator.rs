@@ -1,0 +1,219 @@
+//! The elaborator: an interpreter of the source whose values are nodes of a graph.
+//!
+//! In: expressions of a program. Out: values, messages, and the places where a formula can be singular. Promise: it
+//! ends within its budget whatever the program says; a mistake gives one message and a poisoned value, and a
+//! poisoned value gives no message.
+
+use super::program::Program;
+use super::risks::Risk;
+use super::scope::Scope;
+use super::types::Type;
+use super::values::Value;
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+use crate::syntax::ast::{ExprId, Expressions, FunctionKind};
+use crate::vector::{Graph, Real, Truth};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+
+/// Nodes of a graph.
+pub(crate) const MOST_NODES: usize = 10_000_000;
+/// Steps of elaboration: expressions evaluated and leaves copied.
+pub(crate) const MOST_STEPS: u64 = 20_000_000;
+/// Expressions within expressions, through calls.
+const DEEPEST: usize = 60_000;
+/// Leaves of one value.
+pub(crate) const LARGEST_VALUE: u64 = 1_000_000;
+
+/// A variable.
+pub(crate) struct Variable {
+    pub(crate) value: Value,
+}
+
+/// What a function sees.
+pub(crate) struct Frame<'a> {
+    pub(crate) expressions: &'a Expressions,
+    pub(crate) variables: Scope<'a, Variable>,
+    /// Assignments within the branches that are open, innermost last: which variables may be assigned, and the
+    /// values to come back to.
+    pub(crate) journals: Vec<(usize, Vec<(usize, Value)>)>,
+    /// Guards below this belong to callers.
+    pub(crate) first_guard: usize,
+}
+
+impl<'a> Frame<'a> {
+    pub(crate) fn new(expressions: &'a Expressions, first_guard: usize) -> Frame<'a> {
+        Frame { expressions, variables: Scope::new(), journals: Vec::new(), first_guard }
+    }
+}
+
+/// The function that everything is elaborated for, where it may not read velocities.
+#[derive(Clone, Copy)]
+pub(crate) struct Purpose<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) kind: FunctionKind,
+}
+
+/// The state of an elaboration.
+pub(crate) struct Elaborator<'a> {
+    pub(crate) program: &'a Program<'a>,
+    pub(crate) graph: Graph,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    pub(crate) risks: Vec<Risk>,
+    pub(crate) purpose: Option<Purpose<'a>>,
+    pub(crate) frame: Frame<'a>,
+    /// The conditions of the branches that are open, and whether they hold there.
+    pub(crate) guards: Vec<(Truth, bool)>,
+    /// Values of constants; `None` while one is being found.
+    pub(crate) constants: BTreeMap<usize, Option<Value>>,
+    pub(crate) memo: FxHashMap<(usize, Vec<Value>), Value>,
+    /// Functions that cannot be inlined.
+    pub(crate) recursive: &'a [bool],
+    /// The loops and calls that are open, and what messages call them.
+    pub(crate) open: Vec<(Span, String)>,
+    /// How often the body of the innermost loop is walked, as far as the loops around it within its function say.
+    pub(crate) iterations: u64,
+    pub(crate) exhausted: bool,
+    pub(crate) depth: usize,
+    steps: u64,
+    limited: bool,
+}
+
+static NOTHING: std::sync::LazyLock<Expressions> = std::sync::LazyLock::new(Expressions::default);
+
+impl<'a> Elaborator<'a> {
+    pub(crate) fn new(program: &'a Program<'a>, recursive: &'a [bool], graph: Graph) -> Elaborator<'a> {
+        Elaborator {
+            program,
+            graph,
+            diagnostics: Vec::new(),
+            risks: Vec::new(),
+            purpose: None,
+            frame: Frame::new(&NOTHING, 0),
+            guards: Vec::new(),
+            constants: BTreeMap::new(),
+            memo: FxHashMap::default(),
+            recursive,
+            open: Vec::new(),
+            iterations: 1,
+            exhausted: false,
+            depth: 0,
+            steps: 0,
+            limited: true,
+        }
+    }
+
+    /// Lifts the limit on nodes, for a graph that simplifies nothing.
+    pub(crate) fn without_limit(mut self) -> Elaborator<'a> {
+        self.limited = false;
+        self
+    }
+
+    /// How much work there was.
+    pub(crate) fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    // ---- messages
+
+    pub(crate) fn error(
+        &mut self,
+        span: Span,
+        message: impl Into<String>,
+        label: impl Into<String>,
+    ) -> Value {
+        self.diagnostics.push(Diagnostic::error(span, message, label));
+        Value::Poison
+    }
+
+    pub(crate) fn error_help(
+        &mut self,
+        span: Span,
+        message: impl Into<String>,
+        label: impl Into<String>,
+        help: Option<String>,
+    ) -> Value {
+        let mut diagnostic = Diagnostic::error(span, message, label);
+        diagnostic.help = help;
+        self.diagnostics.push(diagnostic);
+        Value::Poison
+    }
+
+    /// The value if it has the type, else a message saying what wants the type.
+    pub(crate) fn expect(&mut self, value: Value, wanted: &Type, span: Span, why: &str) -> Value {
+        let found = value.ty();
+        if found.agrees(wanted) {
+            return value;
+        }
+        let help = match (&found, wanted) {
+            (Type::Integer, Type::Real) => Some(REAL_LITERAL.to_owned()),
+            (Type::Real, Type::Integer) => Some("write the number without a point".to_owned()),
+            (Type::Row(n), Type::Vector(m)) if n == m => Some("leave out `.transpose()`".to_owned()),
+            (Type::Rotation, Type::Matrix(3)) => {
+                Some("write `q.to_rotation_matrix().into_inner()`".to_owned())
+            }
+            (Type::Tuple(types), _) if types.is_empty() => {
+                Some("end the block with an expression, without `;`".to_owned())
+            }
+            _ => None,
+        };
+        self.error_help(span, format!("expected {}, found {}", wanted.said(), found.said()), why, help)
+    }
+
+    // ---- the budget
+
+    /// Counts work; `false` once there has been too much.
+    pub(crate) fn spend(&mut self, steps: u64, span: Span) -> bool {
+        self.steps = self.steps.saturating_add(steps);
+        let nodes = self.limited && self.graph.len() > MOST_NODES;
+        if !self.exhausted && (nodes || self.steps > MOST_STEPS) {
+            self.exhausted = true;
+            let (span, what) = self.open.first().cloned().unwrap_or((span, "this".to_owned()));
+            let label = if nodes {
+                format!("{what} unrolls to more than {MOST_NODES} nodes")
+            } else {
+                format!("{what} takes more than {MOST_STEPS} steps to unroll")
+            };
+            self.error_help(
+                span,
+                "the function is too large",
+                label,
+                Some("shorten the ranges of its loops, or split it into several force functions".to_owned()),
+            );
+        }
+        !self.exhausted
+    }
+
+    /// Evaluates within limits on depth.
+    pub(crate) fn expr(&mut self, id: ExprId) -> Value {
+        let span = self.frame.expressions[id].span;
+        if !self.spend(1, span) {
+            return Value::Poison;
+        }
+        if self.depth > DEEPEST {
+            self.exhausted = true;
+            return self.error_help(
+                span,
+                "expressions and calls are nested too deeply",
+                format!("more than {DEEPEST} within one another"),
+                Some("name parts with `let`".to_owned()),
+            );
+        }
+        self.depth += 1;
+        let value = self.evaluate(id);
+        self.depth -= 1;
+        value
+    }
+
+    // ---- what can be singular
+
+    /// Notes that a formula at this place is singular where the operand is.
+    pub(crate) fn risk(&mut self, kind: super::risks::RiskKind, operand: Real, span: Span) {
+        let guards = self.guards[self.frame.first_guard..].to_vec();
+        self.risks.push(Risk { kind, operand, span, guards });
+    }
+}
+
+/// What to write where a real is wanted and an integer stands.
+pub(crate) const REAL_LITERAL: &str =
+    "for a real number write a point, as in `2.0`; for an index write `i as Real`";

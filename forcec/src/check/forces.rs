@@ -1,0 +1,452 @@
+//! Force functions: what they may take and return, and how they become definitions.
+
+use super::elaborator::{Elaborator, LARGEST_VALUE, Purpose};
+use super::matrices::Matrix3;
+use super::program::Program;
+use super::quaternions::Quaternion;
+use super::ranges;
+use super::risks;
+use super::types::Type;
+use super::values::Value;
+use crate::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature, Slot};
+use crate::definition::{Definition, Generalised, Law, Row};
+use crate::diagnostic::Diagnostic;
+use crate::syntax::ast::{DomainClause, ExprId, Function, FunctionKind, StatedDomain};
+use crate::syntax::suggest;
+use crate::vector::{Comparison, Graph};
+
+/// More arguments than any function has.
+const MOST_ARGUMENTS: usize = 1000;
+
+/// What became of a force function.
+pub(crate) struct Outcome {
+    pub(crate) definition: Option<Definition>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+}
+
+/// Elaborates a force function on a graph of the given kind.
+pub(crate) fn define(
+    program: &Program<'_>,
+    recursive: &[bool],
+    index: usize,
+    graph: fn(Signature) -> Graph,
+) -> Outcome {
+    let function = &program.functions[index];
+    let mut diagnostics = Vec::new();
+    let signature = signature(program, recursive, index, &mut diagnostics);
+    let returns = returns(program, index, &mut diagnostics);
+    let Some(signature) = signature else { return Outcome { definition: None, diagnostics } };
+    let mut graph = graph(signature.clone());
+    let arguments = arguments(&mut graph, &signature);
+    let simplifies = graph.simplifies();
+    let mut elaborator = Elaborator::new(program, recursive, graph);
+    if !simplifies {
+        elaborator = elaborator.without_limit();
+    }
+    elaborator.purpose = Some(Purpose { name: &function.name.text, kind: function.kind });
+    let value = if recursive[index] { Value::Poison } else { elaborator.body(index, arguments) };
+    let failed = !diagnostics.is_empty() || !elaborator.diagnostics.is_empty();
+    diagnostics.append(&mut elaborator.diagnostics);
+    if failed || !returns || value.is_poison() {
+        return Outcome { definition: None, diagnostics };
+    }
+    let mut graph = elaborator.graph;
+    if simplifies {
+        let ranges = ranges::analyse(&graph);
+        diagnostics.extend(risks::warnings(&graph, &ranges, &elaborator.risks));
+    }
+    let law = law(function, &value);
+    if let Law::Constraint { rows, per_row, .. } = &law {
+        let count: usize = rows.iter().map(|row| row.count()).sum();
+        for name in ADDED {
+            let real = ParameterType::Real;
+            let ty = if *per_row { ParameterType::Array(count as u32, Box::new(real)) } else { real };
+            graph.signature.parameters.push(Parameter { name: name.to_owned(), ty, domain: Domain::Any });
+        }
+    }
+    let (name, docs) = (function.name.text.clone(), function.docs.clone());
+    let definition = Definition { name, docs, span: function.name.span, graph, law };
+    Outcome { definition: Some(definition), diagnostics }
+}
+
+/// The parameters that are added to a constraint.
+const ADDED: [&str; 2] = ["stiffness", "damping"];
+
+/// What a kernel takes: bodies first, then parameters with their domains.
+fn signature(
+    program: &Program<'_>,
+    recursive: &[bool],
+    index: usize,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Signature> {
+    let function = &program.functions[index];
+    let before = diagnostics.len();
+    let mut signature = Signature::default();
+    let mut poisoned = false;
+    for (argument, ty) in function.arguments.iter().zip(&program.signatures[index].arguments) {
+        let name = argument.name.text.clone();
+        let span = argument.name.span;
+        if ty.is_poisoned() {
+            poisoned = true;
+            continue;
+        }
+        if let Type::Body(kind) = ty {
+            if !signature.parameters.is_empty() {
+                diagnostics.push(
+                    Diagnostic::error(span, format!("the body `{name}` stands behind a parameter"), "a body")
+                        .help("write the bodies first, then the parameters"),
+                );
+            }
+            signature.bodies.push(Body { name, kind: *kind });
+            continue;
+        }
+        if matches!(function.kind, FunctionKind::Constraint { .. }) && ADDED.contains(&name.as_str()) {
+            diagnostics.push(
+                Diagnostic::error(
+                    span,
+                    format!("a constraint has a `{name}` already"),
+                    "added by the compiler",
+                )
+                .help("choose another name, or leave the parameter out: the compiler multiplies by it"),
+            );
+        }
+        let parameter = ty.parameter();
+        let Some(parameter) = parameter.filter(|ty| ty.length() <= LARGEST_VALUE) else {
+            let label = match parameter_length(ty) {
+                Some(length) => format!("{length} reals; a parameter has at most {LARGEST_VALUE}"),
+                None => format!("this is {}", ty.said()),
+            };
+            let help = match ty {
+                Type::Integer => "write a `const` for what is known while compiling, or take a `Real`",
+                Type::Truth => "take a `Real` and compare it",
+                Type::Tuple(_) | Type::Wrench => "take its parts as parameters of their own",
+                Type::Array(element, _) if matches!(**element, Type::Body(_)) => {
+                    "take the bodies as arguments of their own"
+                }
+                _ => "parameters are `Real`, vectors, matrices, `Quat` and arrays of these",
+            };
+            diagnostics.push(
+                Diagnostic::error(argument.ty.span, format!("`{name}` cannot be a parameter"), label)
+                    .help(help),
+            );
+            continue;
+        };
+        let domain = Domain::Any;
+        signature.parameters.push(Parameter { name, ty: parameter, domain });
+    }
+    if signature.bodies.is_empty() && !poisoned && diagnostics.len() == before {
+        diagnostics.push(
+            Diagnostic::error(
+                function.name.span,
+                format!("`{}` acts on no body", function.name.text),
+                "none of its arguments is a body",
+            )
+            .help("take a `Rigid` or a `Particle` as its first argument"),
+        );
+    }
+    if function.arguments.len() > MOST_ARGUMENTS {
+        diagnostics.push(
+            Diagnostic::error(
+                function.name.span,
+                "a function has too many arguments",
+                format!("{} of them; at most {MOST_ARGUMENTS}", function.arguments.len()),
+            )
+            .help("put parameters into arrays"),
+        );
+    }
+    let mut elaborator = Elaborator::new(program, recursive, Graph::new(Signature::default()));
+    elaborator.frame = super::elaborator::Frame::new(&function.expressions, 0);
+    for clause in &function.domains {
+        domain(&mut elaborator, function, clause, &mut signature);
+    }
+    diagnostics.append(&mut elaborator.diagnostics);
+    (diagnostics.len() == before && !poisoned).then_some(signature)
+}
+
+fn parameter_length(ty: &Type) -> Option<u64> {
+    ty.parameter().map(|ty| ty.length())
+}
+
+/// Notes one clause of `#[domain(…)]` in the signature.
+fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, signature: &mut Signature) {
+    let name = clause.name.text.as_str();
+    let Some(parameter) = signature.parameters.iter_mut().find(|parameter| parameter.name == name) else {
+        // A parameter that something else is wrong with has been complained about.
+        if function.arguments.iter().any(|a| a.name.text == name)
+            && !signature.bodies.iter().any(|b| b.name == name)
+        {
+            return;
+        }
+        let known = signature.parameters.iter().map(|parameter| parameter.name.as_str());
+        let help = if signature.bodies.iter().any(|body| body.name == name) {
+            Some("a domain is stated of parameters; bodies may be anywhere".to_owned())
+        } else {
+            suggest::did_you_mean(name, known)
+        };
+        let label = format!("no parameter of `{}`", function.name.text);
+        e.error_help(clause.name.span, format!("unknown parameter `{name}`"), label, help);
+        return;
+    };
+    match clause.stated {
+        StatedDomain::Unit => {
+            let mut innermost = &parameter.ty;
+            while let ParameterType::Array(_, element) = innermost {
+                innermost = element;
+            }
+            if matches!(innermost, ParameterType::Vector(_) | ParameterType::Quaternion) {
+                parameter.domain = Domain::Unit;
+            } else {
+                e.error_help(
+                    clause.span,
+                    format!("`{name}` cannot be a unit vector"),
+                    "neither a vector nor a quaternion",
+                    Some("state a range, as in `0.1..2.0`".to_owned()),
+                );
+            }
+        }
+        StatedDomain::Range(low, high) => {
+            let (Some(low), Some(high)) = (bound(e, function, low), bound(e, function, high)) else { return };
+            if low > high {
+                e.error_help(
+                    clause.span,
+                    "an empty range",
+                    format!("{low} is above {high}"),
+                    Some("write the smaller end first".to_owned()),
+                );
+            } else if parameter.ty == ParameterType::Quaternion {
+                e.error_help(
+                    clause.span,
+                    "a quaternion has no range",
+                    "quaternions are taken as unit",
+                    Some("leave the clause out".to_owned()),
+                );
+            } else {
+                parameter.domain = Domain::Range(low, high);
+            }
+        }
+    }
+}
+
+/// The number that one end of a range is.
+fn bound(e: &mut Elaborator<'_>, function: &Function, id: ExprId) -> Option<f64> {
+    let span = function.expressions[id].span;
+    let value = e.expr(id);
+    let value = e.expect(value, &Type::Real, span, "an end of a range is `Real`");
+    let Value::Real(real) = value else { return None };
+    let range = ranges::analyse(&e.graph).of(real);
+    if range.low != range.high || !range.low.is_finite() {
+        e.error_help(
+            span,
+            "an end of a range is not a plain number",
+            "its value is not known here",
+            Some("write a number, or a multiple of `PI`".to_owned()),
+        );
+        return None;
+    }
+    Some(range.low)
+}
+
+/// Whether the function returns what a force of its kind returns.
+fn returns(program: &Program<'_>, index: usize, diagnostics: &mut Vec<Diagnostic>) -> bool {
+    let function = &program.functions[index];
+    let FunctionTypeParts { bodies, output } = parts(program, index);
+    let span = function.output.span;
+    if output.is_poisoned() {
+        return false;
+    }
+    let name = &function.name.text;
+    let message = match function.kind {
+        FunctionKind::Helper => return true,
+        FunctionKind::Constraint { .. } => match output.rows() {
+            Some(rows) if rows <= LARGEST_VALUE => return true,
+            Some(rows) => Diagnostic::error(
+                span,
+                format!("the constraint `{name}` has too many rows"),
+                format!("{rows} of them; at most {LARGEST_VALUE}"),
+            ),
+            None => Diagnostic::error(
+                span,
+                format!("a constraint does not return {}", output.said()),
+                "not the rows of a constraint",
+            )
+            .help("return `Real`, a vector, or a tuple or array of these"),
+        },
+        FunctionKind::Energy if *output == Type::Real => return true,
+        FunctionKind::Energy => Diagnostic::error(
+            span,
+            format!("an energy does not return {}", output.said()),
+            "an energy is one number",
+        )
+        .help("return `Real`"),
+        FunctionKind::Force => {
+            let wanted: Vec<Type> = bodies
+                .iter()
+                .map(|kind| if *kind == BodyKind::RIGID { Type::Wrench } else { Type::Vector(3) })
+                .collect();
+            if wanted.is_empty() || *output == Type::Tuple(wanted.clone()) {
+                return true;
+            }
+            let wanted = match wanted.as_slice() {
+                [one] if one == output => return true,
+                [one] => one.clone(),
+                _ => Type::Tuple(wanted),
+            };
+            Diagnostic::error(
+                span,
+                format!("the force `{name}` does not return {}", output.said()),
+                "a force on every body, in order: `Wrench` for `Rigid`, `Vec3` for `Particle`",
+            )
+            .help(format!("return `{wanted}`"))
+        }
+    };
+    diagnostics.push(message);
+    false
+}
+
+struct FunctionTypeParts<'a> {
+    bodies: Vec<BodyKind>,
+    output: &'a Type,
+}
+
+fn parts<'a>(program: &'a Program<'_>, index: usize) -> FunctionTypeParts<'a> {
+    let ty = &program.signatures[index];
+    let bodies = ty.arguments.iter().filter_map(|ty| match ty {
+        Type::Body(kind) => Some(*kind),
+        _ => None,
+    });
+    FunctionTypeParts { bodies: bodies.collect(), output: &ty.output }
+}
+
+/// The law a value states; its type was checked.
+fn law(function: &Function, value: &Value) -> Law {
+    match function.kind {
+        FunctionKind::Constraint { unilateral, per_row } => {
+            let mut rows = Vec::new();
+            flatten(value, &mut rows);
+            Law::Constraint { rows, unilateral, per_row }
+        }
+        FunctionKind::Energy => Law::Energy(value.real()),
+        FunctionKind::Force | FunctionKind::Helper => Law::Force(match value {
+            Value::Tuple(composite) => composite.elements.iter().map(generalised).collect(),
+            one => vec![generalised(one)],
+        }),
+    }
+}
+
+fn generalised(value: &Value) -> Generalised {
+    match value {
+        Value::Wrench(force, torque) => Generalised { force: *force, torque: Some(*torque) },
+        other => Generalised { force: other.vector(), torque: None },
+    }
+}
+
+fn flatten(value: &Value, rows: &mut Vec<Row>) {
+    match value {
+        Value::Vector(v) => rows.push(Row::Vector(*v)),
+        Value::Few(entries) => rows.extend(entries.iter().map(|x| Row::Real(*x))),
+        Value::Tuple(_) | Value::Array(_) => {
+            value.elements().iter().for_each(|element| flatten(element, rows));
+        }
+        other => rows.push(Row::Real(other.real())),
+    }
+}
+
+// ---- arguments as values
+
+/// The arguments of a kernel as values.
+fn arguments(graph: &mut Graph, signature: &Signature) -> Vec<Value> {
+    let bodies = signature.bodies.iter().enumerate();
+    let mut values: Vec<Value> = bodies.map(|(k, body)| Value::Body(k as u16, body.kind)).collect();
+    for (k, parameter) in signature.parameters.iter().enumerate() {
+        values.push(stored(graph, signature.parameter_slot(k, 0), &parameter.ty));
+    }
+    values
+}
+
+/// The value stored at a slot.
+fn stored(g: &mut Graph, slot: Slot, ty: &ParameterType) -> Value {
+    let at = |offset: u32| Slot { offset: slot.offset + offset, ..slot };
+    match ty {
+        ParameterType::Real => Value::Real(g.entry(slot)),
+        ParameterType::Vector(3) => Value::Vector(g.triple(slot)),
+        ParameterType::Vector(n) => Value::Few((0..*n).map(|k| g.entry(at(k))).collect()),
+        ParameterType::Matrix(3) => Value::Matrix3(Matrix3::rows([0, 3, 6].map(|k| g.triple(at(k))))),
+        ParameterType::Matrix(_) => Value::Matrix2([0, 1, 2, 3].map(|k| g.entry(at(k)))),
+        ParameterType::Quaternion => Value::Quat(Quaternion::stored(slot)),
+        ParameterType::Array(n, element) => {
+            let length = element.length() as u32;
+            Value::array((0..*n).map(|k| stored(g, at(k * length), element)).collect())
+        }
+    }
+}
+
+/// Values that stand for any of these types; integers are left open and poison what depends on them.
+pub(crate) fn symbolic(e: &mut Elaborator<'_>, types: &[Type]) -> Vec<Value> {
+    let mut signature = Signature::default();
+    for ty in types {
+        bodies_of(ty, &mut signature);
+    }
+    e.graph = Graph::new(signature);
+    let mut next_body = 0;
+    types.iter().map(|ty| any(e, ty, &mut next_body)).collect()
+}
+
+fn bodies_of(ty: &Type, signature: &mut Signature) {
+    match ty {
+        Type::Body(kind) if signature.bodies.len() < MOST_ARGUMENTS => {
+            signature.bodies.push(Body { name: String::new(), kind: *kind });
+        }
+        Type::Tuple(types) => types.iter().for_each(|ty| bodies_of(ty, signature)),
+        Type::Array(element, n) if contains_body(element) => {
+            (0..(*n).min(MOST_ARGUMENTS as u32)).for_each(|_| bodies_of(element, signature));
+        }
+        _ => {}
+    }
+}
+
+fn contains_body(ty: &Type) -> bool {
+    match ty {
+        Type::Body(_) => true,
+        Type::Tuple(types) => types.iter().any(contains_body),
+        Type::Array(element, _) => contains_body(element),
+        _ => false,
+    }
+}
+
+fn any(e: &mut Elaborator<'_>, ty: &Type, next_body: &mut u16) -> Value {
+    if let Some(parameter) = ty.parameter() {
+        let count = e.graph.signature.parameters.len();
+        if parameter.length() > LARGEST_VALUE || count > 10 * MOST_ARGUMENTS {
+            return Value::Poison;
+        }
+        let slot = e.graph.signature.parameter_slot(count, 0);
+        let new = Parameter { name: String::new(), ty: parameter.clone(), domain: Domain::Any };
+        e.graph.signature.parameters.push(new);
+        return stored(&mut e.graph, slot, &parameter);
+    }
+    match ty {
+        Type::Body(kind) => {
+            let body = *next_body;
+            *next_body += 1;
+            if usize::from(body) < e.graph.signature.bodies.len() {
+                Value::Body(body, *kind)
+            } else {
+                Value::Poison
+            }
+        }
+        Type::Truth => {
+            let Value::Real(x) = any(e, &Type::Real, next_body) else { return Value::Poison };
+            let zero = e.graph.zero();
+            Value::Truth(e.graph.compare(Comparison::Less, zero, x))
+        }
+        Type::Wrench => match (any(e, &Type::Vector(3), next_body), any(e, &Type::Vector(3), next_body)) {
+            (Value::Vector(force), Value::Vector(torque)) => Value::Wrench(force, torque),
+            _ => Value::Poison,
+        },
+        Type::Tuple(types) => Value::tuple(types.iter().map(|ty| any(e, ty, next_body)).collect()),
+        Type::Array(element, n) if u64::from(*n) <= MOST_ARGUMENTS as u64 => {
+            Value::array((0..*n).map(|_| any(e, element, next_body)).collect())
+        }
+        _ => Value::Poison,
+    }
+}

@@ -1,0 +1,129 @@
+//! Stage 2, syntax tree → typed vector graph.
+//!
+//! In: a parsed file. Out: one [`Definition`] a force function, and warnings; or every message about names, types,
+//! shapes and ranges. Promise: what passes needs no further checks: later stages do not fail on it.
+
+mod builtins;
+mod calls;
+mod elaborator;
+mod expressions;
+mod forces;
+mod matrices;
+mod names;
+mod operators;
+mod program;
+mod quaternions;
+mod ranges;
+mod risks;
+mod scope;
+mod statements;
+mod types;
+mod values;
+
+pub use builtins::reference;
+
+use crate::definition::Definition;
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::syntax::ast::{Expressions, File, FunctionKind};
+use crate::syntax::with_deep_stack;
+use crate::vector::Graph;
+use elaborator::{Elaborator, Frame};
+use program::{FunctionType, Program};
+use std::collections::BTreeSet;
+
+/// The checked force functions of a file, in source order, and what deserves a look.
+#[derive(Clone)]
+pub struct Checked {
+    /// The force functions.
+    pub definitions: Vec<Definition>,
+    /// Warnings, in the order of their places.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Checks a file, or says everything that is wrong with it.
+pub fn check(file: &File) -> Result<Checked, Diagnostics> {
+    with_deep_stack(|| check_here(file))
+}
+
+fn check_here(file: &File) -> Result<Checked, Diagnostics> {
+    let mut diagnostics = Vec::new();
+    let program = Program::new(file, &mut diagnostics);
+    let names = names::resolve(&program);
+    diagnostics.extend(names.diagnostics);
+    let program = typed(program, &mut diagnostics);
+    check_helpers(&program, &names.recursive, &mut diagnostics);
+    let mut definitions = Vec::new();
+    for (index, function) in file.functions.iter().enumerate() {
+        if function.kind == FunctionKind::Helper {
+            continue;
+        }
+        let outcome = forces::define(&program, &names.recursive, index, Graph::new);
+        diagnostics.extend(outcome.diagnostics);
+        definitions.extend(outcome.definition);
+    }
+    let (errors, warnings): (Vec<Diagnostic>, Vec<Diagnostic>) =
+        diagnostics.into_iter().partition(|diagnostic| diagnostic.severity == Severity::Error);
+    if errors.is_empty() {
+        let warnings = Diagnostics::new(file.source.clone(), warnings).list;
+        return Ok(Checked { definitions, warnings });
+    }
+    // A mistake in a loop or in a helper is met many times; of the messages about one place the first is enough.
+    let mut places = BTreeSet::new();
+    let errors = errors.into_iter().filter(|error| error.span.is_none_or(|span| places.insert(span)));
+    Err(Diagnostics::new(file.source.clone(), errors.collect()))
+}
+
+/// A function of a checked file on a graph that simplifies nothing: the reference for everything that is derived.
+///
+/// Panics if the file does not pass [`check`], or has no force function of that name.
+pub fn elaborate(file: &File, name: &str) -> Definition {
+    let definition = with_deep_stack(|| {
+        let program = Program::new(file, &mut Vec::new());
+        let names = names::resolve(&program);
+        let program = typed(program, &mut Vec::new());
+        let index = program.function(name)?;
+        forces::define(&program, &names.recursive, index, Graph::verbatim).definition
+    });
+    definition.expect("a force function of this name that passed the check")
+}
+
+/// The program with the types of its functions, its constants checked.
+fn typed<'a>(mut program: Program<'a>, diagnostics: &mut Vec<Diagnostic>) -> Program<'a> {
+    let signatures = {
+        let mut elaborator = Elaborator::new(&program, &[], Graph::new(Default::default()));
+        for index in 0..program.constants.len() {
+            elaborator.constant(index);
+        }
+        let mut signatures = Vec::new();
+        for function in program.functions {
+            let expressions: &Expressions = &function.expressions;
+            elaborator.frame = Frame::new(expressions, 0);
+            let arguments =
+                function.arguments.iter().map(|argument| elaborator.resolve(&argument.ty)).collect();
+            let output = elaborator.resolve(&function.output);
+            signatures.push(FunctionType { arguments, output });
+        }
+        diagnostics.append(&mut elaborator.diagnostics);
+        signatures
+    };
+    program.signatures = signatures;
+    program
+}
+
+/// Checks every helper once on arguments that stand for any, whether it is called or not.
+fn check_helpers(program: &Program<'_>, recursive: &[bool], diagnostics: &mut Vec<Diagnostic>) {
+    let mut spent = 0;
+    for (index, function) in program.functions.iter().enumerate() {
+        if function.kind != FunctionKind::Helper || spent > elaborator::MOST_STEPS {
+            continue;
+        }
+        let mut elaborator = Elaborator::new(program, recursive, Graph::new(Default::default()));
+        let arguments = forces::symbolic(&mut elaborator, &program.signatures[index].arguments);
+        elaborator.body(index, arguments);
+        spent += elaborator.steps();
+        diagnostics.append(&mut elaborator.diagnostics);
+        if elaborator.exhausted {
+            break;
+        }
+    }
+}

@@ -1,0 +1,409 @@
+//! Names: every name is bound where it is used, nothing is bound in vain, no function calls itself.
+//!
+//! In: functions as written, branches that will never be taken included. Out: messages. The elaborator may take it
+//! that a name it does not find has been complained about.
+
+use super::builtins;
+use super::program::{PI, Program};
+use super::scope::Scope;
+use super::types::Type;
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+use crate::syntax::ast::{
+    Block, Constant, ExprId, ExprKind, Expressions, Function, FunctionKind, Name, Path, Pattern, Statement,
+    TypeKind,
+};
+use crate::syntax::suggest;
+use std::collections::BTreeMap;
+
+/// What the walk over all functions found.
+pub(crate) struct Names {
+    /// Functions that reach themselves, by index; they cannot be inlined.
+    pub(crate) recursive: Vec<bool>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+}
+
+/// Resolves every name of the program.
+pub(crate) fn resolve(program: &Program<'_>) -> Names {
+    let mut diagnostics = Vec::new();
+    for constant in program.constants {
+        constant_names(program, constant, &mut diagnostics);
+    }
+    let mut calls: Vec<BTreeMap<usize, Span>> = Vec::new();
+    for function in program.functions {
+        let mut walker = Walker::new(program, &function.expressions);
+        walker.function(function);
+        diagnostics.append(&mut walker.diagnostics);
+        calls.push(walker.calls);
+    }
+    let recursive = recursion(program, &calls, &mut diagnostics);
+    Names { recursive, diagnostics }
+}
+
+fn constant_names(program: &Program<'_>, constant: &Constant, diagnostics: &mut Vec<Diagnostic>) {
+    let mut walker = Walker::new(program, &constant.expressions);
+    walker.expr(constant.value);
+    walker.ty(&constant.ty);
+    diagnostics.append(&mut walker.diagnostics);
+}
+
+/// A variable in scope.
+struct Variable<'a> {
+    name: &'a Name,
+    mutable: bool,
+    used: bool,
+    /// What it is called in the warning when it is not used; nothing where that is no mistake.
+    what: Option<&'static str>,
+}
+
+struct Walker<'a> {
+    program: &'a Program<'a>,
+    expressions: &'a Expressions,
+    variables: Scope<'a, Variable<'a>>,
+    /// The functions that are called, and where first.
+    calls: BTreeMap<usize, Span>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl<'a> Walker<'a> {
+    fn new(program: &'a Program<'a>, expressions: &'a Expressions) -> Walker<'a> {
+        Walker {
+            program,
+            expressions,
+            variables: Scope::new(),
+            calls: BTreeMap::new(),
+            diagnostics: Vec::new(),
+        }
+    }
+
+    fn function(&mut self, function: &'a Function) {
+        for (index, argument) in function.arguments.iter().enumerate() {
+            if function.arguments[..index].iter().any(|other| other.name.text == argument.name.text) {
+                self.diagnostics.push(
+                    Diagnostic::error(
+                        argument.name.span,
+                        format!("`{}` is an argument twice", argument.name.text),
+                        "the second of this name",
+                    )
+                    .help("choose another name"),
+                );
+            }
+            let body = matches!(&argument.ty.kind, TypeKind::Named(name) if matches!(Type::named(name), Some(Type::Body(_))));
+            let what = match (function.kind, body) {
+                (FunctionKind::Helper, _) => "argument",
+                (_, true) => "body",
+                (_, false) => "parameter",
+            };
+            self.ty(&argument.ty);
+            self.bind(&argument.name, argument.mutable, Some(what));
+        }
+        self.ty(&function.output);
+        self.block(&function.body);
+        self.leave(0);
+        for clause in &function.domains {
+            if let crate::syntax::ast::StatedDomain::Range(low, high) = clause.stated {
+                self.expr(low);
+                self.expr(high);
+            }
+        }
+    }
+
+    fn bind(&mut self, name: &'a Name, mutable: bool, what: Option<&'static str>) {
+        if self.program.constant(&name.text).is_some() || name.text == PI {
+            self.diagnostics.push(
+                Diagnostic::error(
+                    name.span,
+                    format!("`{}` is a constant", name.text),
+                    "Rust compares with the constant here and binds nothing",
+                )
+                .help("choose another name"),
+            );
+        }
+        self.variables.bind(&name.text, Variable { name, mutable, used: false, what });
+    }
+
+    /// Ends the scope of the variables above a mark.
+    fn leave(&mut self, mark: usize) {
+        for variable in self.variables.leave(mark) {
+            let Some(what) = variable.what.filter(|_| !variable.used && !variable.name.text.starts_with('_'))
+            else {
+                continue;
+            };
+            let text = &variable.name.text;
+            self.diagnostics.push(
+                Diagnostic::warning(
+                    variable.name.span,
+                    format!("unused {what} `{text}`"),
+                    "nothing reads it",
+                )
+                .help(format!("leave it out, or call it `_{text}`")),
+            );
+        }
+    }
+
+    fn block(&mut self, block: &'a Block) {
+        let mark = self.variables.mark();
+        for statement in &block.statements {
+            match statement {
+                Statement::Let { pattern, ty, value } => {
+                    if let Some(ty) = ty {
+                        self.ty(ty);
+                    }
+                    self.expr(*value);
+                    self.pattern(pattern);
+                }
+                Statement::Assign { target, value, .. } => {
+                    self.expr(*value);
+                    self.target(*target);
+                }
+                Statement::For(repeat) => {
+                    self.expr(repeat.start);
+                    self.expr(repeat.end);
+                    let inner = self.variables.mark();
+                    if let Some(name) = &repeat.variable {
+                        self.bind(name, false, None);
+                    }
+                    self.block(&repeat.body);
+                    self.leave(inner);
+                }
+                Statement::Expr(value) => self.expr(*value),
+            }
+        }
+        if let Some(value) = block.value {
+            self.expr(value);
+        }
+        self.leave(mark);
+    }
+
+    fn pattern(&mut self, pattern: &'a Pattern) {
+        match pattern {
+            Pattern::Name { name, mutable } => self.bind(name, *mutable, Some("variable")),
+            Pattern::Ignore => {}
+            Pattern::Tuple(patterns, _) => patterns.iter().for_each(|pattern| self.pattern(pattern)),
+        }
+    }
+
+    /// The place of an assignment: its variable must be there and `mut`; being assigned is not being used.
+    fn target(&mut self, id: ExprId) {
+        let expr = &self.expressions[id];
+        match &expr.kind {
+            ExprKind::Field(base, _) => self.target(*base),
+            ExprKind::Index(base, index) => {
+                self.expr(*index);
+                self.target(*base);
+            }
+            ExprKind::Path(path) => {
+                let Some(name) = path.single() else { return self.not_a_place(expr.span) };
+                match self.variables.find(name).map(|place| self.variables.at(place).mutable) {
+                    Some(false) => {
+                        self.diagnostics.push(
+                            Diagnostic::error(
+                                expr.span,
+                                format!("`{name}` cannot be assigned"),
+                                "not declared `mut`",
+                            )
+                            .help(format!("write `let mut {name} = …;`")),
+                        );
+                    }
+                    Some(true) => {}
+                    None => self.unknown(path),
+                }
+            }
+            ExprKind::Error => {}
+            _ => self.not_a_place(expr.span),
+        }
+    }
+
+    fn not_a_place(&mut self, span: Span) {
+        self.diagnostics.push(
+            Diagnostic::error(span, "this cannot be assigned", "not a variable or a part of one")
+                .help("assign to a `let mut` variable"),
+        );
+    }
+
+    fn expr(&mut self, id: ExprId) {
+        match &self.expressions[id].kind {
+            ExprKind::Number(_) | ExprKind::Integer(_) | ExprKind::Truth(_) | ExprKind::Error => {}
+            ExprKind::Path(path) => self.path(path),
+            ExprKind::Unary(_, x) | ExprKind::Field(x, _) => self.expr(*x),
+            ExprKind::Cast(x, ty) => {
+                self.expr(*x);
+                self.ty(ty);
+            }
+            ExprKind::Binary(_, x, y) | ExprKind::Index(x, y) | ExprKind::Repeat(x, y) => {
+                self.expr(*x);
+                self.expr(*y);
+            }
+            ExprKind::Call(path, arguments) => {
+                self.call(path);
+                arguments.iter().for_each(|argument| self.expr(*argument));
+            }
+            ExprKind::Method(receiver, _, arguments) => {
+                self.expr(*receiver);
+                arguments.iter().for_each(|argument| self.expr(*argument));
+            }
+            ExprKind::Tuple(elements) | ExprKind::Array(elements) => {
+                elements.iter().for_each(|element| self.expr(*element));
+            }
+            ExprKind::Struct(_, fields) => fields.iter().for_each(|(_, value)| self.expr(*value)),
+            ExprKind::Block(block) => self.block(block),
+            ExprKind::If(condition, then, otherwise) => {
+                self.expr(*condition);
+                self.block(then);
+                if let Some(otherwise) = otherwise {
+                    self.expr(*otherwise);
+                }
+            }
+        }
+    }
+
+    /// The lengths of arrays are expressions too.
+    fn ty(&mut self, ty: &'a crate::syntax::ast::Type) {
+        match &ty.kind {
+            TypeKind::Array(element, length) => {
+                self.ty(element);
+                self.expr(*length);
+            }
+            TypeKind::Tuple(types) => types.iter().for_each(|ty| self.ty(ty)),
+            TypeKind::Named(_) | TypeKind::Error => {}
+        }
+    }
+
+    fn path(&mut self, path: &Path) {
+        if let Some(name) = path.single()
+            && let Some(place) = self.variables.find(name)
+        {
+            self.variables.at(place).used = true;
+            return;
+        }
+        if self.program.constant(path.last()).is_none() && path.last() != PI {
+            self.unknown(path);
+        }
+    }
+
+    fn unknown(&mut self, path: &Path) {
+        let name = path.last();
+        let known = self.variables.names().chain(self.program.constant_names());
+        let standard = STANDARD_CONSTANTS.iter().find(|(constant, _)| *constant == name);
+        let help = if let Some((_, ours)) = standard {
+            Some(format!("write `{ours}`"))
+        } else if self.program.function(name).is_some() {
+            Some(format!("`{name}` is a function; call it, `{name}(…)`"))
+        } else {
+            suggest::did_you_mean(name, known)
+        };
+        let mut diagnostic = Diagnostic::error(
+            path.span,
+            format!("unknown name `{name}`"),
+            "not bound here, and not a constant",
+        );
+        diagnostic.help = help;
+        self.diagnostics.push(diagnostic);
+    }
+
+    fn call(&mut self, path: &Path) {
+        let name = path.last();
+        if let [.., ty, _] = path.segments.as_slice()
+            && (Type::named(ty).is_some() || ty.starts_with(|c: char| c.is_ascii_uppercase()))
+        {
+            // A function of a type: the elaborator knows them.
+            return;
+        }
+        if let Some(index) = self.program.function(name) {
+            self.calls.entry(index).or_insert(path.span);
+            return;
+        }
+        let mut diagnostic = Diagnostic::error(
+            path.span,
+            format!("unknown function `{name}`"),
+            "no function of this file has this name",
+        );
+        diagnostic.help = if let Some(arguments) = builtins::method_arguments(name) {
+            let arguments = if arguments == 0 { "" } else { "…" };
+            Some(format!("`{name}` is a method; write `x.{name}({arguments})`"))
+        } else if Type::named(name).is_some() {
+            Some(format!("write `{name}::new(…)`"))
+        } else {
+            suggest::did_you_mean(name, self.program.callable())
+        };
+        self.diagnostics.push(diagnostic);
+    }
+}
+
+/// Constants of the standard library that have to be spelled out.
+const STANDARD_CONSTANTS: [(&str, &str); 8] = [
+    ("TAU", "2.0 * PI"),
+    ("FRAC_PI_2", "PI / 2.0"),
+    ("FRAC_PI_3", "PI / 3.0"),
+    ("FRAC_PI_4", "PI / 4.0"),
+    ("FRAC_PI_6", "PI / 6.0"),
+    ("FRAC_1_PI", "1.0 / PI"),
+    ("SQRT_2", "(2.0).sqrt()"),
+    ("E", "(1.0).exp()"),
+];
+
+/// Finds the functions that reach themselves and gives a message for each cycle, at the call that closes it.
+fn recursion(
+    program: &Program<'_>,
+    calls: &[BTreeMap<usize, Span>],
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Vec<bool> {
+    #[derive(Clone, Copy, PartialEq)]
+    enum State {
+        New,
+        Open,
+        Done,
+    }
+    let mut state = vec![State::New; calls.len()];
+    let mut recursive = vec![false; calls.len()];
+    for root in 0..calls.len() {
+        // The path from the root, each with the calls still to follow.
+        let mut path: Vec<(usize, Vec<(usize, Span)>)> = Vec::new();
+        let mut next = (state[root] == State::New).then_some(root);
+        loop {
+            if let Some(function) = next.take() {
+                state[function] = State::Open;
+                let mut callees: Vec<(usize, Span)> = calls[function].iter().map(|(f, s)| (*f, *s)).collect();
+                callees.reverse();
+                path.push((function, callees));
+            }
+            let Some((function, callees)) = path.last_mut() else { break };
+            let function = *function;
+            let Some((callee, span)) = callees.pop() else {
+                state[function] = State::Done;
+                path.pop();
+                continue;
+            };
+            match state[callee] {
+                State::New => next = Some(callee),
+                State::Done => recursive[function] |= recursive[callee],
+                State::Open => {
+                    let start = path.iter().position(|(f, _)| *f == callee).unwrap_or(0);
+                    let cycle: Vec<usize> = path[start..].iter().map(|(f, _)| *f).collect();
+                    cycle.iter().for_each(|f| recursive[*f] = true);
+                    let name = |f: usize| format!("`{}`", program.functions[f].name.text);
+                    let mut chain: Vec<String> = cycle.iter().map(|f| name(*f)).collect();
+                    chain.push(name(callee));
+                    diagnostics.push(
+                        Diagnostic::error(
+                            span,
+                            format!("{} calls itself", name(callee)),
+                            chain.join(" calls "),
+                        )
+                        .help("helpers are inlined; repeat with `for i in 0..n` over a constant range"),
+                    );
+                }
+            }
+        }
+    }
+    // Whoever calls a recursive function cannot be inlined either.
+    loop {
+        let before = recursive.clone();
+        for (function, callees) in calls.iter().enumerate() {
+            recursive[function] |= callees.keys().any(|callee| recursive[*callee]);
+        }
+        if recursive == before {
+            return recursive;
+        }
+    }
+}

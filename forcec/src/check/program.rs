@@ -1,0 +1,106 @@
+//! A file's functions and constants by name, and the types of functions.
+
+use super::types::Type;
+use crate::bodies::BodyKind;
+use crate::diagnostic::Diagnostic;
+use crate::syntax::ast::{Constant, File, Function, Name};
+use std::collections::BTreeMap;
+
+/// What a file defines.
+pub(crate) struct Program<'a> {
+    pub(crate) functions: &'a [Function],
+    pub(crate) constants: &'a [Constant],
+    function_names: BTreeMap<&'a str, usize>,
+    constant_names: BTreeMap<&'a str, usize>,
+    /// Argument types and result of every function; empty until they are resolved.
+    pub(crate) signatures: Vec<FunctionType>,
+}
+
+/// The type of a function.
+#[derive(Clone, Debug)]
+pub(crate) struct FunctionType {
+    pub(crate) arguments: Vec<Type>,
+    pub(crate) output: Type,
+}
+
+/// The constant that is built in.
+pub(crate) const PI: &str = "PI";
+
+impl<'a> Program<'a> {
+    /// The tables of a file; of two functions or constants of one name the first counts.
+    pub(crate) fn new(file: &'a File, diagnostics: &mut Vec<Diagnostic>) -> Program<'a> {
+        let mut program = Program {
+            functions: &file.functions,
+            constants: &file.constants,
+            function_names: BTreeMap::new(),
+            constant_names: BTreeMap::new(),
+            signatures: Vec::new(),
+        };
+        let mut names: BTreeMap<&str, &Name> = BTreeMap::new();
+        let mut define = |name: &'a Name, what: &str| {
+            if let Some(kind) = built_in(&name.text) {
+                diagnostics.push(
+                    Diagnostic::error(
+                        name.span,
+                        format!("`{}` is built in", name.text),
+                        format!("{kind} has this name already"),
+                    )
+                    .help("choose another name"),
+                );
+            } else if let Some(first) = names.insert(&name.text, name) {
+                diagnostics.push(
+                    Diagnostic::error(
+                        name.span,
+                        format!("`{}` is defined twice", name.text),
+                        format!("the {what} that comes second"),
+                    )
+                    .help("choose another name"),
+                );
+                names.insert(&name.text, first);
+            } else {
+                return true;
+            }
+            false
+        };
+        for (index, function) in file.functions.iter().enumerate() {
+            if define(&function.name, "function") {
+                program.function_names.insert(&function.name.text, index);
+            }
+        }
+        for (index, constant) in file.constants.iter().enumerate() {
+            if define(&constant.name, "constant") {
+                program.constant_names.insert(&constant.name.text, index);
+            }
+        }
+        program
+    }
+
+    pub(crate) fn function(&self, name: &str) -> Option<usize> {
+        self.function_names.get(name).copied()
+    }
+
+    pub(crate) fn constant(&self, name: &str) -> Option<usize> {
+        self.constant_names.get(name).copied()
+    }
+
+    /// The names that can be called, for suggestions.
+    pub(crate) fn callable(&self) -> impl Iterator<Item = &'a str> {
+        self.function_names.keys().copied()
+    }
+
+    /// The names of constants, for suggestions.
+    pub(crate) fn constant_names(&self) -> impl Iterator<Item = &'a str> {
+        self.constant_names.keys().copied().chain([PI])
+    }
+}
+
+/// What already has a name.
+fn built_in(name: &str) -> Option<&'static str> {
+    if BodyKind::named(name).is_some() {
+        return Some("a body type");
+    }
+    if Type::named(name).is_some() {
+        return Some("a type");
+    }
+    (name == PI).then_some("a constant")
+}

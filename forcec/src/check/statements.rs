@@ -1,0 +1,543 @@
+//! Blocks, `let`, assignments, loops and branches.
+
+use super::elaborator::{Elaborator, Frame, MOST_NODES, Variable};
+use super::expressions::Condition;
+use super::matrices::{self, Matrix3};
+use super::operators;
+use super::quaternions::Quaternion;
+use super::types::Type;
+use super::values::{Composite, Value};
+use crate::span::Span;
+use crate::syntax::ast::{BinaryOp, Block, ExprId, ExprKind, Loop, Pattern, Statement};
+use std::collections::BTreeMap;
+
+impl<'a> Elaborator<'a> {
+    pub(super) fn block(&mut self, block: &'a Block) -> Value {
+        let mark = self.frame.variables.mark();
+        for statement in &block.statements {
+            self.statement(statement);
+        }
+        let value = match block.value {
+            Some(value) => self.expr(value),
+            None => Value::unit(),
+        };
+        self.frame.variables.leave(mark);
+        value
+    }
+
+    fn statement(&mut self, statement: &'a Statement) {
+        let expressions = self.frame.expressions;
+        match statement {
+            Statement::Let { pattern, ty, value } => {
+                let span = expressions[*value].span;
+                let mut bound = self.expr(*value);
+                if let Some(ty) = ty {
+                    let wanted = self.resolve(ty);
+                    let label = format!("declared as {}", wanted.said());
+                    bound = self.expect(bound, &wanted, span, &label);
+                }
+                if bound == Value::unit() {
+                    let help = match expressions[*value].kind {
+                        ExprKind::If(_, _, None) => Some("add an `else` branch".to_owned()),
+                        _ => Some("end the block with an expression, without `;`".to_owned()),
+                    };
+                    bound = self.error_help(span, "a `let` of no value", "this has no value", help);
+                }
+                self.bind(pattern, bound);
+            }
+            Statement::Assign { target, op, value, span } => self.assign(*target, *op, *value, *span),
+            Statement::For(repeat) => self.repeat(repeat),
+            Statement::Expr(value) => {
+                self.expr(*value);
+            }
+        }
+    }
+
+    fn bind(&mut self, pattern: &'a Pattern, value: Value) {
+        match pattern {
+            Pattern::Ignore => {}
+            Pattern::Name { name, .. } => {
+                let value = self.named(&name.text, value, name.span);
+                self.frame.variables.bind(&name.text, Variable { value });
+            }
+            Pattern::Tuple(patterns, span) => {
+                let elements = match &value {
+                    Value::Tuple(composite) | Value::Array(composite) => composite.elements.clone(),
+                    Value::Poison => Vec::new(),
+                    other => {
+                        let said = other.ty().said();
+                        let help = matches!(other, Value::Vector(_) | Value::Few(_))
+                            .then(|| "take its entries by `.x`, `.y`, `.z`".to_owned());
+                        self.error_help(
+                            *span,
+                            format!("{said} has no parts to bind"),
+                            "this binds parts",
+                            help,
+                        );
+                        Vec::new()
+                    }
+                };
+                let fits = elements.len() == patterns.len();
+                if !fits && !elements.is_empty() {
+                    self.error(
+                        *span,
+                        format!("a pattern of {} for {} values", patterns.len(), elements.len()),
+                        format!("the value is {}", value.ty().said()),
+                    );
+                }
+                for (k, pattern) in patterns.iter().enumerate() {
+                    let element = elements.get(k).filter(|_| fits).cloned().unwrap_or(Value::Poison);
+                    self.bind(pattern, element);
+                }
+            }
+        }
+    }
+
+    /// The value with its leaves held by lets of this name.
+    fn named(&mut self, name: &str, value: Value, span: Span) -> Value {
+        if !self.spend(value.size(), span) {
+            return Value::Poison;
+        }
+        let g = &mut self.graph;
+        match value {
+            Value::Real(x) => Value::Real(g.let_real(name, x)),
+            Value::Vector(v) => Value::Vector(g.let_vector(name, v)),
+            Value::Few(entries) => {
+                let names = ["x", "y", "z", "w"];
+                let entries = entries.iter().zip(names);
+                Value::Few(entries.map(|(x, axis)| g.let_real(&format!("{name}_{axis}"), *x)).collect())
+            }
+            Value::Matrix2(entries) => {
+                let names = ["00", "01", "10", "11"];
+                Value::Matrix2(std::array::from_fn(|k| {
+                    g.let_real(&format!("{name}_{}", names[k]), entries[k])
+                }))
+            }
+            Value::Matrix3(m) => {
+                let line = if m.columns { 'c' } else { 'r' };
+                let lines = std::array::from_fn(|k| g.let_vector(&format!("{name}_{line}{k}"), m.lines[k]));
+                Value::Matrix3(Matrix3 { lines, ..m })
+            }
+            Value::Quat(Quaternion::Parts(parts)) => {
+                let names = ["x", "y", "z", "w"];
+                Value::Quat(Quaternion::Parts(std::array::from_fn(|k| {
+                    g.let_real(&format!("{name}_{}", names[k]), parts[k])
+                })))
+            }
+            Value::Wrench(force, torque) => {
+                let force = g.let_vector(&format!("{name}_force"), force);
+                Value::Wrench(force, g.let_vector(&format!("{name}_torque"), torque))
+            }
+            Value::Tuple(composite) => Value::Tuple(self.named_elements(name, &composite, span)),
+            Value::Array(composite) => Value::Array(self.named_elements(name, &composite, span)),
+            other => other,
+        }
+    }
+
+    fn named_elements(&mut self, name: &str, composite: &Composite, span: Span) -> std::rc::Rc<Composite> {
+        let elements = composite.elements.iter().enumerate();
+        Composite::new(elements.map(|(k, e)| self.named(&format!("{name}_{k}"), e.clone(), span)).collect())
+    }
+
+    // ---- assignments
+
+    fn assign(&mut self, target: ExprId, op: Option<BinaryOp>, value: ExprId, span: Span) {
+        let mut new = self.expr(value);
+        if let Some(op) = op {
+            let old = self.expr(target);
+            new = operators::binary(self, op, old, new, span);
+        }
+        let Some((place, steps)) = self.place(target) else { return };
+        let value_span = self.frame.expressions[value].span;
+        self.remember(place);
+        // Taken out, so that an array that nothing else holds is changed in place.
+        let old = std::mem::replace(&mut self.frame.variables.at(place).value, Value::Poison);
+        let updated = self.replace(old, &steps, new, value_span);
+        self.frame.variables.at(place).value = updated;
+    }
+
+    /// Notes what a variable is before it is assigned, where a branch is open.
+    fn remember(&mut self, place: usize) {
+        if let Some((mark, journal)) = self.frame.journals.last_mut()
+            && place < *mark
+        {
+            journal.push((place, self.frame.variables.at(place).value.clone()));
+        }
+    }
+
+    /// The variable that an assignment changes, and the way to the part of it.
+    fn place(&mut self, target: ExprId) -> Option<(usize, Vec<Step>)> {
+        let expressions = self.frame.expressions;
+        let mut steps = Vec::new();
+        let mut at = target;
+        loop {
+            match &expressions[at].kind {
+                ExprKind::Path(path) => {
+                    steps.reverse();
+                    return Some((self.frame.variables.find(path.single()?)?, steps));
+                }
+                ExprKind::Field(base, name) => {
+                    steps.push(Step { kind: StepKind::Field(name.text.clone()), span: name.span });
+                    at = *base;
+                }
+                ExprKind::Index(base, index) => {
+                    let value = self.expr(*index);
+                    steps.push(Step { kind: StepKind::Index(value), span: expressions[*index].span });
+                    at = *base;
+                }
+                _ => return None,
+            }
+        }
+    }
+
+    /// The value with the part at the end of the steps replaced.
+    fn replace(&mut self, old: Value, steps: &[Step], new: Value, span: Span) -> Value {
+        let Some((step, rest)) = steps.split_first() else {
+            let ty = old.ty();
+            return self.expect(new, &ty, span, &format!("assigned to what is {}", ty.said()));
+        };
+        if old.is_poison() {
+            return Value::Poison;
+        }
+        let k = match self.step_index(&old, step) {
+            Some(k) => k,
+            None => return Value::Poison,
+        };
+        match old {
+            Value::Tuple(mut composite) => self
+                .replace_element(&mut composite, k, rest, new, span)
+                .map_or(Value::Poison, |()| Value::Tuple(composite)),
+            Value::Array(mut composite) => self
+                .replace_element(&mut composite, k, rest, new, span)
+                .map_or(Value::Poison, |()| Value::Array(composite)),
+            Value::Wrench(force, torque) => {
+                let part = Value::Vector(if k == 0 { force } else { torque });
+                match self.replace(part, rest, new, span) {
+                    Value::Vector(v) if k == 0 => Value::Wrench(v, torque),
+                    Value::Vector(v) => Value::Wrench(force, v),
+                    _ => Value::Poison,
+                }
+            }
+            old => {
+                let new = self.expect(new, &Type::Real, span, "an entry is `Real`");
+                let Value::Real(entry) = new else { return Value::Poison };
+                let g = &mut self.graph;
+                match old {
+                    Value::Vector(v) => {
+                        let mut entries = [0, 1, 2].map(|axis| g.component(v, axis));
+                        entries[k] = entry;
+                        Value::Vector(g.pack(entries))
+                    }
+                    Value::Few(mut entries) => {
+                        std::rc::Rc::make_mut(&mut entries)[k] = entry;
+                        Value::Few(entries)
+                    }
+                    Value::Matrix2(mut entries) => {
+                        entries[k] = entry;
+                        Value::Matrix2(entries)
+                    }
+                    Value::Matrix3(m) => Value::Matrix3(matrices::replaced(g, m, k / 3, k % 3, entry)),
+                    _ => Value::Poison,
+                }
+            }
+        }
+    }
+
+    fn replace_element(
+        &mut self,
+        composite: &mut std::rc::Rc<Composite>,
+        k: usize,
+        rest: &[Step],
+        new: Value,
+        span: Span,
+    ) -> Option<()> {
+        // A value that is shared has to be copied before it is changed.
+        if std::rc::Rc::strong_count(composite) > 1 && !self.spend(composite.elements.len() as u64, span) {
+            return None;
+        }
+        let elements = &mut std::rc::Rc::make_mut(composite).elements;
+        let old = std::mem::replace(&mut elements[k], Value::Poison);
+        let updated = self.replace(old, rest, new, span);
+        if updated.is_poison() {
+            return None;
+        }
+        elements[k] = updated;
+        Some(())
+    }
+
+    /// The number of the part that a step leads to, flat for matrices.
+    fn step_index(&mut self, value: &Value, step: &Step) -> Option<usize> {
+        match &step.kind {
+            StepKind::Field(name) => {
+                let found = match value {
+                    Value::Vector(_) => ["x", "y", "z"].iter().position(|axis| axis == name),
+                    Value::Few(entries) => {
+                        ["x", "y", "z", "w"][..entries.len()].iter().position(|axis| axis == name)
+                    }
+                    Value::Wrench(..) => ["force", "torque"].iter().position(|part| part == name),
+                    Value::Tuple(composite) => {
+                        name.parse().ok().filter(|k: &usize| *k < composite.elements.len())
+                    }
+                    _ => None,
+                };
+                if found.is_none() {
+                    let said = value.ty().said();
+                    self.error(
+                        step.span,
+                        format!("`{name}` cannot be assigned"),
+                        format!("no such part of {said} that can change"),
+                    );
+                }
+                found
+            }
+            StepKind::Index(at) => match value {
+                Value::Matrix2(_) => self.matrix_index(at, 2, step.span).map(|(i, j)| 2 * i + j),
+                Value::Matrix3(_) => self.matrix_index(at, 3, step.span).map(|(i, j)| 3 * i + j),
+                Value::Vector(_) => self.one_index(at, 3, step.span),
+                Value::Few(entries) => self.one_index(at, entries.len(), step.span),
+                Value::Array(composite) => self.one_index(at, composite.elements.len(), step.span),
+                other => {
+                    let said = other.ty().said();
+                    self.error(
+                        step.span,
+                        format!("{said} cannot be indexed"),
+                        format!("this indexes {said}"),
+                    );
+                    None
+                }
+            },
+        }
+    }
+
+    // ---- loops and branches
+
+    fn repeat(&mut self, repeat: &'a Loop) {
+        let ends = [repeat.start, repeat.end].map(|id| {
+            let span = self.frame.expressions[id].span;
+            let value = self.expr(id);
+            let why = "the range of a loop is made of integer constants";
+            match self.expect(value, &Type::Integer, span, why) {
+                Value::Integer(n) => Some(n),
+                _ => None,
+            }
+        });
+        let (start, end) = match ends {
+            [Some(start), Some(end)] => (start, end),
+            _ => {
+                // The body is walked once, so that what is wrong in it is said.
+                self.iteration(repeat, Value::Poison);
+                return;
+            }
+        };
+        let end = if repeat.inclusive { end.saturating_add(1) } else { end };
+        let count = end.saturating_sub(start);
+        let outer = self.iterations;
+        let total = outer.saturating_mul(count.max(0) as u64);
+        if total > MOST_NODES as u64 {
+            self.exhausted = true;
+            let (span, what) = match self.open.first() {
+                Some((span, what)) if outer > 1 => {
+                    (*span, format!("{what} comes to {total} iterations or more"))
+                }
+                _ => (repeat.span, format!("{count} iterations")),
+            };
+            let label = format!("{what}; a kernel has at most {MOST_NODES} nodes");
+            self.error_help(
+                span,
+                "the loop is too long to unroll",
+                label,
+                Some("shorten the ranges".to_owned()),
+            );
+            return;
+        }
+        let name = repeat.variable.as_ref().map_or("_", |name| &name.text);
+        self.open.push((repeat.span, format!("the loop over `{name}`")));
+        self.iterations = total.max(1);
+        for i in start..end {
+            if !self.spend(1, repeat.span) {
+                break;
+            }
+            self.iteration(repeat, Value::Integer(i));
+        }
+        self.iterations = outer;
+        self.open.pop();
+    }
+
+    fn iteration(&mut self, repeat: &'a Loop, i: Value) {
+        let mark = self.frame.variables.mark();
+        if let Some(name) = &repeat.variable {
+            self.frame.variables.bind(&name.text, Variable { value: i });
+        }
+        let value = self.block(&repeat.body);
+        if value != Value::unit() && !value.is_poison() {
+            let span = repeat.body.value.map_or(repeat.body.span, |id| self.frame.expressions[id].span);
+            self.error_help(
+                span,
+                "the body of a loop has a value",
+                format!("this is {}", value.ty().said()),
+                Some("assign it to a `let mut` variable, as in `sum += …;`".to_owned()),
+            );
+        }
+        self.frame.variables.leave(mark);
+    }
+
+    pub(super) fn conditional(
+        &mut self,
+        condition: ExprId,
+        then: &'a Block,
+        otherwise: Option<ExprId>,
+        span: Span,
+    ) -> Value {
+        let condition = match self.condition(condition) {
+            Condition::Known(true) => return self.block(then),
+            Condition::Known(false) => return otherwise.map_or_else(Value::unit, |id| self.expr(id)),
+            Condition::Open(truth) => Some(truth),
+            Condition::Poison => None,
+        };
+        let (first, then_stores) = self.branch(condition.map(|c| (c, true)), |e| e.block(then));
+        let (second, else_stores) = self
+            .branch(condition.map(|c| (c, false)), |e| otherwise.map_or_else(Value::unit, |id| e.expr(id)));
+        let mut places: BTreeMap<usize, [Option<Value>; 2]> = BTreeMap::new();
+        for (k, stores) in [then_stores, else_stores].into_iter().enumerate() {
+            for (place, value) in stores {
+                places.entry(place).or_default()[k] = Some(value);
+            }
+        }
+        for (place, values) in places {
+            let before = self.frame.variables.at(place).value.clone();
+            let [x, y] = values.map(|value| value.unwrap_or_else(|| before.clone()));
+            let joined = match condition {
+                Some(condition) => self.select(condition, x, y, span),
+                None => Value::Poison,
+            };
+            self.remember(place);
+            self.frame.variables.at(place).value = joined;
+        }
+        if otherwise.is_none() && first != Value::unit() && !first.is_poison() {
+            return self.error_help(
+                span,
+                "an `if` without `else` has no value",
+                format!("its branch is {}", first.ty().said()),
+                Some("add an `else` branch, or assign within the branch".to_owned()),
+            );
+        }
+        match condition {
+            Some(condition) => self.select(condition, first, second, span),
+            None => Value::Poison,
+        }
+    }
+
+    /// Walks a branch and takes its assignments back; returns its value and what was assigned.
+    fn branch(
+        &mut self,
+        guard: Option<(crate::vector::Truth, bool)>,
+        walk: impl FnOnce(&mut Self) -> Value,
+    ) -> (Value, BTreeMap<usize, Value>) {
+        self.guards.extend(guard);
+        let mark = self.frame.variables.mark();
+        self.frame.journals.push((mark, Vec::new()));
+        let value = walk(self);
+        let (_, journal) = self.frame.journals.pop().unwrap_or_default();
+        if guard.is_some() {
+            self.guards.pop();
+        }
+        let mut stores = BTreeMap::new();
+        for (place, old) in journal.into_iter().rev() {
+            let new = std::mem::replace(&mut self.frame.variables.at(place).value, old);
+            stores.entry(place).or_insert(new);
+        }
+        (value, stores)
+    }
+
+    // ---- other functions
+
+    /// Runs `work` in a frame of its own.
+    pub(super) fn within<T>(&mut self, frame: Frame<'a>, work: impl FnOnce(&mut Self) -> T) -> T {
+        let outer = std::mem::replace(&mut self.frame, frame);
+        let result = work(self);
+        self.frame = outer;
+        result
+    }
+
+    /// The value of a constant.
+    pub(crate) fn constant(&mut self, index: usize) -> Value {
+        let constant = &self.program.constants[index];
+        match self.constants.get(&index) {
+            Some(Some(value)) => return value.clone(),
+            Some(None) => {
+                return self.error_help(
+                    constant.name.span,
+                    format!("`{}` is made of itself", constant.name.text),
+                    "its value leads back to it",
+                    Some("give one of the constants a value of its own".to_owned()),
+                );
+            }
+            None => {}
+        }
+        self.constants.insert(index, None);
+        let frame = Frame::new(&constant.expressions, self.guards.len());
+        let value = self.within(frame, |e| {
+            let wanted = e.resolve(&constant.ty);
+            let value = e.expr(constant.value);
+            let span = constant.expressions[constant.value].span;
+            e.expect(value, &wanted, span, &format!("the constant is declared as {}", wanted.said()))
+        });
+        self.constants.insert(index, Some(value.clone()));
+        value
+    }
+
+    /// The value of a function at these arguments, whose types were checked.
+    pub(crate) fn inline(&mut self, index: usize, arguments: Vec<Value>, span: Span) -> Value {
+        if self.recursive[index] || arguments.contains(&Value::Poison) {
+            return Value::Poison;
+        }
+        let size = arguments.iter().map(Value::size).fold(0, u64::saturating_add);
+        if !self.spend(size, span) {
+            return Value::Poison;
+        }
+        let key = (index, arguments);
+        if let Some(value) = self.memo.get(&key) {
+            return value.clone();
+        }
+        let function = &self.program.functions[index];
+        self.open.push((span, format!("the call of `{}`", function.name.text)));
+        let iterations = std::mem::replace(&mut self.iterations, 1);
+        let value = self.body(index, key.1.clone());
+        self.iterations = iterations;
+        self.open.pop();
+        self.memo.insert(key, value.clone());
+        value
+    }
+
+    /// The body of a function at these arguments.
+    pub(crate) fn body(&mut self, index: usize, arguments: Vec<Value>) -> Value {
+        let function = &self.program.functions[index];
+        let mut frame = Frame::new(&function.expressions, self.guards.len());
+        for (argument, value) in function.arguments.iter().zip(arguments) {
+            frame.variables.bind(&argument.name.text, Variable { value });
+        }
+        let output = self.program.signatures[index].output.clone();
+        let value = self.within(frame, |e| e.block(&function.body));
+        let (span, why) = match function.body.value {
+            Some(id) => {
+                (function.expressions[id].span, format!("`{}` returns {}", function.name.text, output.said()))
+            }
+            None => (
+                function.output.span,
+                format!("`{}` returns {}, but its body has no value", function.name.text, output.said()),
+            ),
+        };
+        self.expect(value, &output, span, &why)
+    }
+}
+
+/// One step from a variable to a part of it.
+struct Step {
+    kind: StepKind,
+    span: Span,
+}
+
+enum StepKind {
+    Field(String),
+    Index(Value),
+}

@@ -1,0 +1,194 @@
+//! The command line: a thin door onto the library.
+//!
+//! In: arguments. Out: files, tables, messages, and an exit code: 0 done, 1 a check failed, 2 bad usage or bad input.
+
+mod build;
+mod check;
+mod files;
+mod show;
+mod stats;
+
+use crate::kernel::{Precision, Target};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+const EXAMPLES: &str = "\
+Examples:
+  forcec build joints.rs --out kernels               C kernels in double precision
+  forcec build forces/ --out src/kernels --target rust --real f64 --real f32
+  forcec build forces/ --out kernels --check         exit 1 if the files on disk are not these
+  forcec check forces/                               compare every kernel with its mathematics
+  forcec show joints.rs hinge --stage derivative     what the blocks of the hinge are
+  forcec stats forces/                               operations, lines and compile time";
+
+/// An offline force compiler: constraints, energies and forces to C and Rust kernels with exact derivatives.
+#[derive(Parser)]
+#[command(name = "forcec", version, about, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Compile force files to kernels
+    #[command(
+        after_help = "Example:\n  forcec build joints.rs --out kernels --target c --real f64 --real f32"
+    )]
+    Build(build::Build),
+    /// Compare kernels with the mathematics of their source
+    #[command(after_help = "Example:\n  forcec check forces/ --only hinge")]
+    Check(check::Check),
+    /// Print one stage of one force function
+    #[command(after_help = "Example:\n  forcec show joints.rs hinge --stage latex")]
+    Show(show::Show),
+    /// Print operations, lines, non-zeros and compile time of every kernel
+    #[command(after_help = "Example:\n  forcec stats forces/ --json")]
+    Stats(stats::Stats),
+    /// Print a completion script for a shell
+    #[command(after_help = "Example:\n  forcec completions bash > /etc/bash_completion.d/forcec")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Where force functions come from.
+#[derive(clap::Args)]
+struct Input {
+    /// Force files, or folders that are searched for them
+    #[arg(value_name = "PATH", required = true)]
+    paths: Vec<PathBuf>,
+    /// Only the force function of this name; may be repeated
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+}
+
+/// Why a command did not end well.
+enum Failure {
+    /// A check failed: exit code 1. What is wrong has been printed.
+    Check,
+    /// Bad usage or bad input: exit code 2.
+    Input(String),
+}
+
+type Outcome = Result<(), Failure>;
+
+/// Runs the command line on the process's arguments.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let code = if error.use_stderr() { 2 } else { 0 };
+            // A closed pipe is no reason to complain about.
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    let outcome = match arguments.command {
+        Command::Build(build) => build.run(),
+        Command::Check(check) => check.run(),
+
+        Command::Show(show) => show.run(),
+        Command::Stats(stats) => stats.run(),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "forcec", &mut script);
+            print(&String::from_utf8_lossy(&script))
+        }
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Check) => ExitCode::from(1),
+        Err(Failure::Input(message)) => {
+            eprintln!("{message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Prints to standard output; a reader that has gone away ends the program quietly.
+fn print(text: &str) -> Outcome {
+    use std::io::Write;
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Input(format!("error: cannot write to standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether messages may be coloured: only on a terminal, and never under `NO_COLOR`.
+fn colour() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+/// A progress line on a terminal, once the work takes longer than a second.
+struct Progress {
+    bar: indicatif::ProgressBar,
+    started: std::time::Instant,
+}
+
+impl Progress {
+    fn new(steps: usize) -> Progress {
+        let bar = indicatif::ProgressBar::with_draw_target(
+            Some(steps as u64),
+            indicatif::ProgressDrawTarget::hidden(),
+        );
+        if let Ok(style) = indicatif::ProgressStyle::with_template("{pos}/{len} {wide_msg}") {
+            bar.set_style(style);
+        }
+        Progress { bar, started: std::time::Instant::now() }
+    }
+
+    fn step(&self, name: &str) {
+        let late = self.started.elapsed().as_secs() >= 1;
+        if late && self.bar.is_hidden() && std::io::stderr().is_terminal() {
+            self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+        }
+        self.bar.set_message(name.to_owned());
+        self.bar.inc(1);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
+enum TargetArgument {
+    /// C99: NAME.h, NAME.c and forcec.h
+    C,
+    /// Rust: NAME.rs
+    Rust,
+}
+
+impl From<TargetArgument> for Target {
+    fn from(argument: TargetArgument) -> Target {
+        match argument {
+            TargetArgument::C => Target::C,
+            TargetArgument::Rust => Target::Rust,
+        }
+    }
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
+enum RealArgument {
+    /// double precision
+    F64,
+    /// single precision
+    F32,
+}
+
+impl From<RealArgument> for Precision {
+    fn from(argument: RealArgument) -> Precision {
+        match argument {
+            RealArgument::F64 => Precision::F64,
+            RealArgument::F32 => Precision::F32,
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The reference evaluation of a scalar program.
+//!
+//! In: a program and the values of its arguments. Out: every output. Any [`Number`] serves: doubles for tests, higher
+//! precision or error bounds for the verifier. Each live node is evaluated once, operands before users.
+
+use crate::bodies::Slot;
+use crate::number::Number;
+use crate::scalar::{Id, Node, Program};
+
+/// The outputs of a kernel.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Outputs<N> {
+    /// F, N entries.
+    pub force: Vec<N>,
+    /// ∂F/∂X, N rows of N.
+    pub dfdx: Vec<Vec<N>>,
+    /// ∂F/∂V, N rows of N.
+    pub dfdv: Vec<Vec<N>>,
+}
+
+impl<N> Outputs<N> {
+    /// All entries: F, ∂F/∂X and ∂F/∂V row by row.
+    pub fn iter(&self) -> impl Iterator<Item = &N> {
+        self.force.iter().chain(self.dfdx.iter().flatten()).chain(self.dfdv.iter().flatten())
+    }
+}
+
+/// What a node or an expression is worth.
+#[derive(Clone, Debug)]
+pub(crate) enum Value<N> {
+    /// A number.
+    Real(N),
+    /// A truth.
+    Truth(bool),
+}
+
+impl<N: Clone> Value<N> {
+    /// The number. Panics on a truth: the graph is typed by construction.
+    pub(crate) fn real(&self) -> N {
+        match self {
+            Value::Real(x) => x.clone(),
+            Value::Truth(_) => panic!("a number is expected where a truth stands"),
+        }
+    }
+
+    /// The truth. Panics on a number.
+    pub(crate) fn truth(&self) -> bool {
+        match self {
+            Value::Truth(x) => *x,
+            Value::Real(_) => panic!("a truth is expected where a number stands"),
+        }
+    }
+}
+
+/// Every output of a program, given its arguments.
+pub fn evaluate<N: Number>(program: &Program, inputs: &dyn Fn(Slot) -> N) -> Outputs<N> {
+    let live = program.live();
+    let mut values: Vec<Value<N>> = Vec::with_capacity(live.len());
+    for (id, node) in program.graph.iter() {
+        let dead = Value::Truth(false);
+        values.push(if live[id.index()] { value(node, &values, inputs) } else { dead });
+    }
+    let at = |id: &Id| values[id.index()].real();
+    let matrix = |rows: &[Vec<Id>]| rows.iter().map(|row| row.iter().map(at).collect()).collect();
+    Outputs {
+        force: program.force.iter().map(at).collect(),
+        dfdx: matrix(&program.dfdx),
+        dfdv: matrix(&program.dfdv),
+    }
+}
+
+fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N) -> Value<N> {
+    let real = |id: &Id| values[id.index()].real();
+    let truth = |id: &Id| values[id.index()].truth();
+    Value::Real(match node {
+        Node::Constant(value) => N::exact(value),
+        Node::Input(slot) => inputs(*slot),
+        Node::Difference(first, second) => inputs(*first) - inputs(*second),
+        Node::Sum(constant, terms) => {
+            let mut sum = (!constant.is_zero()).then(|| N::exact(constant));
+            for (coefficient, id) in terms {
+                let x = real(id);
+                let term = if coefficient.is_one() { x } else { N::exact(coefficient) * x };
+                sum = Some(match sum {
+                    Some(sum) => sum + term,
+                    None => term,
+                });
+            }
+            sum.unwrap_or_else(|| N::exact(constant))
+        }
+        Node::Product(factors) => {
+            let all = factors.iter().flat_map(|(id, exponent)| (0..*exponent).map(move |_| real(id)));
+            all.reduce(|product, x| product * x).unwrap_or_else(|| N::exact(&crate::exact::Exact::ONE))
+        }
+        Node::Recip(x) => N::exact(&crate::exact::Exact::ONE) / real(x),
+        Node::Call(function, arguments) => {
+            N::call(*function, &arguments.iter().map(real).collect::<Vec<_>>())
+        }
+        Node::Select(condition, x, y) => real(if truth(condition) { x } else { y }),
+        Node::Known(value) => return Value::Truth(*value),
+        Node::Compare(comparison, x, y) => return Value::Truth(N::holds(*comparison, &real(x), &real(y))),
+        Node::And(a, b) => return Value::Truth(truth(a) && truth(b)),
+        Node::Or(a, b) => return Value::Truth(truth(a) || truth(b)),
+        Node::Not(a) => return Value::Truth(!truth(a)),
+    })
+}

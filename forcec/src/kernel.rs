@@ -1,0 +1,95 @@
+//! What the targets print: scheduled kernels, and the file they stand in.
+
+use crate::schedule::Schedule;
+use std::fmt;
+
+/// A language kernels are printed in.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Target {
+    /// C99
+    C,
+    /// Rust
+    Rust,
+}
+
+/// A floating point format.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Precision {
+    /// Doubles.
+    F64,
+    /// Floats.
+    F32,
+}
+
+impl Precision {
+    /// Its name, which is Rust's and the suffix of C names.
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::F64 => "f64",
+            Precision::F32 => "f32",
+        }
+    }
+}
+
+impl fmt::Display for Precision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// One force function, ready to be printed.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    /// Its name in the source.
+    pub name: String,
+    /// Its doc comment, a line each, without the leading space.
+    pub docs: Vec<String>,
+    /// What it computes, a line each: `F = -J^T (stiffness C + damping dC/dt)`.
+    pub formulas: Vec<String>,
+    /// Its statements; they know the arguments.
+    pub schedule: Schedule,
+}
+
+/// One force file, ready to be printed.
+#[derive(Clone, Debug)]
+pub struct File {
+    /// The name of the generated files, without extension.
+    pub stem: String,
+    /// The doc comment of the force file.
+    pub docs: Vec<String>,
+    /// Its kernels, in source order.
+    pub kernels: Vec<Kernel>,
+    /// The precisions asked for, in order.
+    pub precisions: Vec<Precision>,
+}
+
+impl Kernel {
+    /// What a reader is told before the code: formulas, sizes, operation counts.
+    pub fn summary(&self) -> Vec<String> {
+        let mut lines = self.formulas.clone();
+        let count = self.schedule.operations();
+        let freedoms = self.schedule.signature.freedoms();
+        let outputs = freedoms + 2 * freedoms * freedoms;
+        lines.push(format!(
+            "{} operations: {} add, {} mul, {} div, {} sqrt, {} call; {} negations.",
+            count.total(),
+            count.add,
+            count.mul,
+            count.div,
+            count.sqrt,
+            count.call,
+            count.neg
+        ));
+        lines.push(format!(
+            "{freedoms} degrees of freedom; of {outputs} outputs {} are not zero, {} of these distinct up to sign.",
+            self.schedule.nonzero, self.schedule.distinct
+        ));
+        lines
+    }
+
+    /// The first paragraph of the doc comment.
+    pub fn brief(&self) -> impl Iterator<Item = &str> {
+        let lines = self.docs.iter().map(|line| line.trim_end());
+        lines.skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty())
+    }
+}

@@ -1,0 +1,5 @@
+//! The `forcec` command.
+
+fn main() -> std::process::ExitCode {
+    forcec::cli::main()
+}

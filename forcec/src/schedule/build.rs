@@ -1,0 +1,405 @@
+//! Items as statements: which values get a line of their own, in which order, and where long lines are cut.
+//!
+//! In: items, operands before users. Out: a schedule. The walk is depth first from the outputs in their order, so a
+//! value is computed right before it is first needed and stored, with everything equal to it, as soon as it is there.
+
+use crate::bodies::Signature;
+use crate::exact::Exact;
+use crate::ops::Function;
+use crate::schedule::cut::{self, Room};
+use crate::schedule::lower::{Edge, Item, ItemId, Items};
+use crate::schedule::names::{self, Taken};
+use crate::schedule::{Expression, Name, Part, Schedule, Statement, Variable};
+use rustc_hash::FxHashMap;
+
+/// The statements that compute the items' outputs.
+pub(super) fn build(signature: &Signature, items: Items) -> Schedule {
+    let own_line = own_line(signature, &items);
+    let mut taken = Taken::by(signature);
+    let told = names::assign(signature, &items, &own_line, &mut taken);
+    let mut stores: FxHashMap<ItemId, Vec<usize>> = FxHashMap::default();
+    for (index, (_, edge)) in items.outputs.iter().enumerate() {
+        if own_line[edge.item as usize] {
+            stores.entry(edge.item).or_default().push(index);
+        }
+    }
+    let count = items.items.len();
+    let mut builder = Builder {
+        signature,
+        items: &items,
+        own_line,
+        told,
+        stores,
+        values: vec![None; count],
+        stored: vec![false; items.outputs.len()],
+        variables: Vec::new(),
+        statements: Vec::new(),
+        taken,
+        family: Family::Output(0),
+    };
+    builder.outputs();
+    let Builder { variables, statements, .. } = builder;
+    let nonzero =
+        items.outputs.iter().filter(|(_, edge)| !items.is_zero(edge.item)).map(|(_, edge)| edge.item);
+    let mut distinct: Vec<ItemId> = nonzero.clone().collect();
+    distinct.sort_unstable();
+    distinct.dedup();
+    Schedule {
+        signature: signature.clone(),
+        nonzero: nonzero.count(),
+        distinct: distinct.len(),
+        variables,
+        statements,
+    }
+}
+
+/// Which items are written on a line of their own: what is used twice or named, and what no line can hold.
+fn own_line(signature: &Signature, items: &Items) -> Vec<bool> {
+    let mut own: Vec<bool> = items.items.iter().zip(&items.uses).map(|(_, uses)| *uses > 1).collect();
+    for (own, source) in own.iter_mut().zip(&items.sources) {
+        *own |= source.is_some();
+    }
+    for (index, item) in items.items.iter().enumerate() {
+        match item {
+            Item::Select(..) => own[index] = true,
+            Item::Input(slot) => own[index] |= cut::input_width(signature, *slot) > cut::LONG_INPUT,
+            // No logic within logic: every language and every linter reads that alike.
+            Item::And(a, b) | Item::Or(a, b) => [*a, *b].into_iter().for_each(|x| own[x as usize] = true),
+            Item::Not(a) => own[*a as usize] = true,
+            _ => {}
+        }
+    }
+    // A selection that is stored and nothing else is its own statement already.
+    for (_, edge) in &items.outputs {
+        let item = edge.item as usize;
+        if matches!(items.items[item], Item::Select(..)) && !edge.negative {
+            own[item] = items.uses[item] > 1 || items.sources[item].is_some();
+        }
+    }
+    for (own, item) in own.iter_mut().zip(&items.items) {
+        *own &= !item.is_literal();
+    }
+    own
+}
+
+/// What the numbered names of a subtree are numbered within.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+enum Family {
+    Item(ItemId),
+    Output(usize),
+}
+
+pub(super) struct Builder<'a> {
+    pub(super) signature: &'a Signature,
+    items: &'a Items,
+    own_line: Vec<bool>,
+    /// Names that say what they are.
+    told: Vec<Option<String>>,
+    /// The outputs that are an item or its negative.
+    stores: FxHashMap<ItemId, Vec<usize>>,
+    /// What stands for an item where it is used: a name, or until its only use the tree itself.
+    values: Vec<Option<Expression>>,
+    stored: Vec<bool>,
+    pub(super) variables: Vec<Variable>,
+    statements: Vec<Statement>,
+    taken: Taken,
+    family: Family,
+}
+
+struct Frame {
+    item: ItemId,
+    operands: std::vec::IntoIter<ItemId>,
+    family: Family,
+}
+
+impl Builder<'_> {
+    fn outputs(&mut self) {
+        let items = self.items;
+        let mut part = None;
+        for (index, &(output, edge)) in items.outputs.iter().enumerate() {
+            if part != Some(output.part) {
+                part = Some(output.part);
+                self.statements.push(Statement::Heading(output.part));
+                self.zeros(output.part);
+            }
+            if self.stored[index] || items.is_zero(edge.item) {
+                continue;
+            }
+            self.visit(edge.item, Family::Output(index));
+            if !self.stored[index] {
+                self.store(index);
+            }
+        }
+    }
+
+    /// The rectangles of zeros of a part: runs within a row, joined with the same run of the rows above.
+    fn zeros(&mut self, part: Part) {
+        let count = self.signature.freedoms();
+        let columns = if part == Part::Force { 1 } else { count };
+        let mut zero = vec![false; count * columns];
+        for (output, edge) in self.items.outputs.iter().filter(|(output, _)| output.part == part) {
+            zero[output.row * columns + output.column] = self.items.is_zero(edge.item);
+        }
+        let first = self.statements.len();
+        for row in 0..count {
+            let mut column = 0;
+            while column < columns {
+                let start = column;
+                while column < columns && zero[row * columns + column] {
+                    column += 1;
+                }
+                if column > start {
+                    self.zero_run(first, part, row, start..column);
+                }
+                column += 1;
+            }
+        }
+    }
+
+    fn zero_run(&mut self, first: usize, part: Part, row: usize, run: std::ops::Range<usize>) {
+        for statement in &mut self.statements[first..] {
+            if let Statement::Zero { rows, columns, .. } = statement {
+                if rows.end == row && *columns == run {
+                    rows.end = row + 1;
+                    return;
+                }
+            }
+        }
+        self.statements.push(Statement::Zero { part, rows: row..row + 1, columns: run });
+    }
+
+    fn store(&mut self, index: usize) {
+        let (output, edge) = self.items.outputs[index];
+        let value = self.signed(edge);
+        self.family = Family::Output(index);
+        let value = self.fit(value, Room::STORE);
+        self.statements.push(Statement::Store(output, value));
+        self.stored[index] = true;
+    }
+
+    /// Everything an item needs, then the item.
+    fn visit(&mut self, item: ItemId, family: Family) {
+        let mut stack = Vec::new();
+        self.enter(&mut stack, item, family);
+        while let Some(frame) = stack.last_mut() {
+            let (item, family) = (frame.item, frame.family);
+            match frame.operands.next() {
+                Some(operand) => self.enter(&mut stack, operand, family),
+                None => {
+                    stack.pop();
+                    self.leave(item, family);
+                }
+            }
+        }
+    }
+
+    fn enter(&mut self, stack: &mut Vec<Frame>, item: ItemId, family: Family) {
+        if self.values[item as usize].is_none() {
+            let family = if self.told[item as usize].is_some() { Family::Item(item) } else { family };
+            stack.push(Frame {
+                item,
+                operands: self.items.items[item as usize].operands().into_iter(),
+                family,
+            });
+        }
+    }
+
+    fn leave(&mut self, item: ItemId, family: Family) {
+        if self.values[item as usize].is_some() {
+            return;
+        }
+        self.family = family;
+        let value = self.expression(&self.items.items[item as usize]);
+        if !self.own_line[item as usize] {
+            let value = self.fit(value, Room::INLINE);
+            self.values[item as usize] = Some(value);
+            return;
+        }
+        let length = self.told[item as usize].as_ref().map_or(cut::NUMBERED_NAME, String::len);
+        let value = self.fit(value, Room::definition(length));
+        let name = match &self.told[item as usize] {
+            Some(name) => name.clone(),
+            None => self.numbered(),
+        };
+        let name = self.define(name, value);
+        self.values[item as usize] = Some(Expression::Name(name));
+        if let Some(outputs) = self.stores.remove(&item) {
+            for index in outputs {
+                self.store(index);
+            }
+        }
+    }
+
+    fn define(&mut self, name: String, value: Expression) -> Name {
+        let truth = value.is_truth();
+        let id = Name(self.variables.len() as u32);
+        self.variables.push(Variable { name, truth });
+        self.statements.push(Statement::Let(id, value));
+        id
+    }
+
+    /// The next numbered name of the family.
+    fn numbered(&mut self) -> String {
+        let stem = match self.family {
+            Family::Item(item) => self.told[item as usize].clone().expect("a family has a name"),
+            Family::Output(index) => names::output_name(self.signature, self.items.outputs[index].0),
+        };
+        self.taken.part(&stem)
+    }
+
+    /// What stands for an item; a tree is taken away by its only user.
+    fn value(&mut self, item: ItemId) -> Expression {
+        match &mut self.values[item as usize] {
+            Some(value) if value.is_atom() => value.clone(),
+            value => value.take().expect("operands come before users"),
+        }
+    }
+
+    fn signed(&mut self, edge: Edge) -> Expression {
+        let value = self.value(edge.item);
+        if edge.negative { negate(value) } else { value }
+    }
+
+    fn pair(&mut self, x: ItemId, y: ItemId) -> Box<[Expression; 2]> {
+        Box::new([self.value(x), self.value(y)])
+    }
+
+    fn expression(&mut self, item: &Item) -> Expression {
+        match item {
+            Item::Number(value) => Expression::Literal(value.clone()),
+            Item::Input(slot) => Expression::Input(*slot),
+            Item::Known(value) => Expression::Known(*value),
+            Item::Difference(first, second) => Expression::Difference(self.pair(*first, *second)),
+            Item::Sum(edges) => {
+                sum(edges.iter().map(|edge| (edge.negative, self.value(edge.item))).collect())
+            }
+            Item::Quotient(over, under) => {
+                let over = over.iter().map(|item| self.value(*item)).collect();
+                let under = under.iter().map(|item| self.value(*item)).collect();
+                quotient(over, under)
+            }
+            Item::Call(function, arguments) => {
+                let arguments = arguments.iter().map(|edge| self.signed(*edge)).collect();
+                let arguments = self.plain_arguments(*function, arguments);
+                Expression::Call(*function, arguments)
+            }
+            Item::Select(condition, x, y) => {
+                Expression::Select(Box::new([self.value(*condition), self.signed(*x), self.signed(*y)]))
+            }
+            Item::Compare(comparison, x, y) => {
+                Expression::Compare(*comparison, Box::new([self.signed(*x), self.signed(*y)]))
+            }
+            Item::And(a, b) => Expression::And(self.pair(*a, *b)),
+            Item::Or(a, b) => Expression::Or(self.pair(*a, *b)),
+            Item::Not(a) => Expression::Not(Box::new(self.value(*a))),
+        }
+    }
+
+    /// A smaller or larger of a smaller or larger gets two lines: linters take it for a clamp.
+    fn plain_arguments(&mut self, function: Function, arguments: Vec<Expression>) -> Vec<Expression> {
+        let chooses = |function: Function| matches!(function, Function::Min | Function::Max);
+        let mut plain = Vec::new();
+        for argument in arguments {
+            plain.push(match &argument {
+                Expression::Call(inner, _) if chooses(function) && chooses(*inner) => self.part(argument),
+                _ => argument,
+            });
+        }
+        plain
+    }
+
+    /// A tree on a line of its own, and its name.
+    pub(super) fn part(&mut self, value: Expression) -> Expression {
+        let name = self.numbered();
+        Expression::Name(self.define(name, value))
+    }
+}
+
+/// −x, by turning a sign around where there is one.
+pub(super) fn negate(value: Expression) -> Expression {
+    match free_negative(&value) {
+        Some(negative) => negative,
+        None => Expression::Negative(Box::new(value)),
+    }
+}
+
+/// −x, if that takes no operation.
+fn free_negative(value: &Expression) -> Option<Expression> {
+    match value {
+        Expression::Literal(number) => Some(Expression::Literal(-number)),
+        Expression::Negative(x) => Some((**x).clone()),
+        Expression::Difference(pair) => {
+            let [first, second] = &**pair;
+            Some(Expression::Difference(Box::new([second.clone(), first.clone()])))
+        }
+        Expression::Sum(terms) => {
+            let turned: Vec<_> = terms.iter().map(|(negative, x)| (!negative, x.clone())).collect();
+            match sum(turned) {
+                Expression::Sum(terms) if terms[0].0 => None,
+                sum => Some(sum),
+            }
+        }
+        Expression::Quotient(over, under) => {
+            let (index, factor) =
+                over.iter().enumerate().find_map(|(i, factor)| free_negative(factor).map(|f| (i, f)))?;
+            let mut over = over.clone();
+            over[index] = factor;
+            Some(Expression::Quotient(over, under.clone()))
+        }
+        _ => None,
+    }
+}
+
+/// A sum whose first term is positive if any can be.
+pub(super) fn sum(mut terms: Vec<(bool, Expression)>) -> Expression {
+    if terms[0].0 {
+        if let Some(positive) = terms.iter().position(|(negative, _)| !negative) {
+            terms[..=positive].rotate_right(1);
+        } else if let Some((index, turned)) =
+            terms.iter().enumerate().find_map(|(i, (_, x))| free_negative(x).map(|x| (i, x)))
+        {
+            terms[..=index].rotate_right(1);
+            terms[0] = (false, turned);
+        }
+    }
+    Expression::Sum(terms)
+}
+
+/// A quotient of which products and quotients among the factors become part; its numbers are one number, in front.
+pub(super) fn quotient(over: Vec<Expression>, under: Vec<Expression>) -> Expression {
+    let mut number = Exact::ONE;
+    let (mut factors, mut divisors) = (Vec::new(), Vec::new());
+    let mut take = |factor: Expression| match factor {
+        Expression::Literal(value) => number = &number * &value,
+        factor => factors.push(factor),
+    };
+    for factor in over {
+        match factor {
+            Expression::Quotient(over, under) => {
+                over.into_iter().for_each(&mut take);
+                divisors.extend(under);
+            }
+            factor => take(factor),
+        }
+    }
+    for divisor in under {
+        match divisor {
+            Expression::Quotient(over, under) if under.is_empty() => divisors.extend(over),
+            divisor => divisors.push(divisor),
+        }
+    }
+    if !number.is_one() {
+        factors.insert(0, Expression::Literal(number));
+    }
+    if factors.len() == 1 && divisors.is_empty() {
+        return factors.remove(0);
+    }
+    Expression::Quotient(factors, divisors)
+}
+
+impl Items {
+    /// Whether an item is the number 0.
+    fn is_zero(&self, item: ItemId) -> bool {
+        matches!(&self.items[item as usize], Item::Number(number) if number.is_zero())
+    }
+}

@@ -1,0 +1,273 @@
+//! How long a line may be, and where a longer one is cut.
+//!
+//! In: a tree and the room it has. Out: a tree that fits, after the parts that did not have become lines of their own.
+//! Widths are the widest of all targets, so that every target's lines are the same; rustfmt leaves such lines alone.
+
+use crate::bodies::{Signature, Slot};
+use crate::ops::Function;
+use crate::schedule::build::{Builder, quotient, sum};
+use crate::schedule::{Expression, Variable};
+
+/// The width assumed for a numbered name before it is known.
+pub(super) const NUMBERED_NAME: usize = 22;
+
+/// Inputs that are longer than this get a short name.
+pub(super) const LONG_INPUT: usize = 27;
+
+/// Arguments of a call stay narrower than rustfmt's `fn_call_width`.
+const ARGUMENTS: usize = 50;
+
+/// What a tree may take.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Room {
+    width: usize,
+    operations: usize,
+}
+
+impl Room {
+    /// A tree within another.
+    pub(super) const INLINE: Room = Room { width: 56, operations: 7 };
+
+    /// The right side of a store: 100 columns without `    out->dfdx[00][00] = ;`.
+    pub(super) const STORE: Room = Room { width: 75, operations: 9 };
+
+    /// The right side of a definition: 100 columns without `    const double name = ;`.
+    pub(super) fn definition(name: usize) -> Room {
+        Room { width: 79 - name, operations: 9 }
+    }
+
+    fn holds(self, size: Size) -> bool {
+        size.width <= self.width && size.operations <= self.operations
+    }
+
+    fn less(self, size: Size) -> Room {
+        Room {
+            width: self.width.saturating_sub(size.width).max(20),
+            operations: self.operations.saturating_sub(size.operations).max(1),
+        }
+    }
+}
+
+/// What a tree takes.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+struct Size {
+    width: usize,
+    operations: usize,
+}
+
+impl std::ops::Add for Size {
+    type Output = Size;
+    fn add(self, other: Size) -> Size {
+        Size { width: self.width + other.width, operations: self.operations + other.operations }
+    }
+}
+
+/// The width of an entry of an argument.
+pub(super) fn input_width(signature: &Signature, slot: Slot) -> usize {
+    match signature.bodies.get(slot.argument as usize) {
+        Some(body) => body.name.len() + body.kind.row().fields[slot.field as usize].name.len() + 6,
+        None => {
+            let parameter = signature.parameter(slot).expect("a slot names an argument");
+            let indices = parameter.ty.extents().len() * if slot.offset < 10 { 3 } else { 4 };
+            "params->".len() + parameter.name.len() + indices
+        }
+    }
+}
+
+fn measure(signature: &Signature, variables: &[Variable], expression: &Expression) -> Size {
+    let inner = expression.children();
+    let mut size =
+        inner.iter().fold(Size::default(), |size, child| size + measure(signature, variables, child));
+    let parentheses = |child: &&&Expression| !child.is_atom() && !matches!(child, Expression::Call(..));
+    let own = match expression {
+        Expression::Literal(value) => {
+            Size { width: format!("{:?}", value.to_f64()).len() + 1, operations: 0 }
+        }
+        Expression::Known(_) => Size { width: 5, operations: 0 },
+        Expression::Input(slot) => Size { width: input_width(signature, *slot), operations: 0 },
+        Expression::Name(name) => Size { width: variables[name.index()].name.len(), operations: 0 },
+        Expression::Negative(_) | Expression::Not(_) => Size { width: 3, operations: 0 },
+        Expression::Difference(_) => Size { width: 5, operations: 1 },
+        Expression::Sum(terms) => {
+            let sums = inner.iter().filter(|child| matches!(child, Expression::Sum(_))).count();
+            Size {
+                width: 3 * (terms.len() - 1) + usize::from(terms[0].0) + 2 * sums,
+                operations: terms.len() - 1,
+            }
+        }
+        Expression::Quotient(over, under) => {
+            let operators = over.len().max(1) + under.len() - 1;
+            let one = if over.is_empty() { 3 } else { 0 };
+            let around = if under.len() > 1 { 2 } else { 0 };
+            let wrapped = inner.iter().filter(parentheses).count();
+            Size { width: 3 * operators + one + around + 2 * wrapped, operations: operators }
+        }
+        Expression::Call(function, _) => Size { width: spelling_width(*function), operations: 1 },
+        Expression::Select(_) => Size { width: 6, operations: 1 },
+        Expression::Compare(..) => Size { width: 4, operations: 1 },
+        Expression::And(_) | Expression::Or(_) => Size { width: 4, operations: 1 },
+    };
+    size = size + own;
+    size
+}
+
+/// The width of a call without its arguments.
+fn spelling_width(function: Function) -> usize {
+    let row = function.row();
+    row.c.len().max(row.rust.len())
+}
+
+impl Builder<'_> {
+    fn size(&self, expression: &Expression) -> Size {
+        measure(self.signature, &self.variables, expression)
+    }
+
+    /// The tree, with what has no room in it on lines of its own.
+    pub(super) fn fit(&mut self, value: Expression, room: Room) -> Expression {
+        match value {
+            Expression::Call(function, arguments) => self.fit_call(function, arguments, room),
+            value if room.holds(self.size(&value)) => value,
+            Expression::Sum(terms) => {
+                let join = |terms: Vec<(bool, Expression)>| {
+                    let negative = terms.iter().all(|(negative, _)| *negative);
+                    let terms = terms.into_iter().map(|(sign, x)| (sign && !negative, x)).collect();
+                    (negative, sum(terms))
+                };
+                sum(self.condense(terms, room, &join))
+            }
+            Expression::Quotient(over, under) => {
+                let join = |factors: Vec<(bool, Expression)>| {
+                    (false, quotient(factors.into_iter().map(|(_, x)| x).collect(), vec![]))
+                };
+                let unsigned =
+                    |factors: Vec<Expression>| factors.into_iter().map(|x| (false, x)).collect::<Vec<_>>();
+                let rest = Expression::Quotient(vec![], under);
+                let over_room = room.less(self.size(&rest));
+                let over = self.condense(unsigned(over), over_room, &join);
+                let Expression::Quotient(_, under) = rest else { unreachable!("just made") };
+                let rest = Expression::Quotient(over.into_iter().map(|(_, x)| x).collect(), vec![]);
+                let under_room = room.less(self.size(&rest));
+                let under = self.condense(unsigned(under), under_room, &join);
+                let Expression::Quotient(over, _) = rest else { unreachable!("just made") };
+                Expression::Quotient(over, under.into_iter().map(|(_, x)| x).collect())
+            }
+            Expression::Negative(x) => Expression::Negative(Box::new(self.fit(*x, room))),
+            Expression::Not(x) => Expression::Not(Box::new(self.fit(*x, room))),
+            Expression::Difference(pair) => Expression::Difference(self.fit_all(pair, room)),
+            Expression::Compare(comparison, pair) => {
+                Expression::Compare(comparison, self.fit_all(pair, room))
+            }
+            Expression::And(pair) => Expression::And(self.fit_all(pair, room)),
+            Expression::Or(pair) => Expression::Or(self.fit_all(pair, room)),
+            Expression::Select(parts) => Expression::Select(self.fit_all(parts, room)),
+            atom => atom,
+        }
+    }
+
+    /// Cuts off the greatest trees until the rest has room.
+    fn fit_all<const COUNT: usize>(
+        &mut self,
+        parts: Box<[Expression; COUNT]>,
+        room: Room,
+    ) -> Box<[Expression; COUNT]> {
+        let list = self.cut_greatest(parts.into_iter().collect(), room, 1);
+        Box::new(list.try_into().expect("as many as there were"))
+    }
+
+    fn fit_call(&mut self, function: Function, arguments: Vec<Expression>, room: Room) -> Expression {
+        let name = Size { width: spelling_width(function), operations: 1 };
+        let mut room = room.less(name);
+        room.width = room.width.min(ARGUMENTS);
+        Expression::Call(function, self.cut_greatest(arguments, room, 1))
+    }
+
+    /// Cuts off trees of at least so many operations, the greatest first, until the rest has room.
+    fn cut_greatest(&mut self, mut list: Vec<Expression>, room: Room, least: usize) -> Vec<Expression> {
+        let sizes: Vec<Size> = list.iter().map(|x| self.size(x)).collect();
+        let mut total = sizes.iter().fold(Size::default(), |sum, size| sum + *size);
+        total.width += 3 * list.len();
+        let mut order: Vec<usize> = (0..list.len()).filter(|&i| sizes[i].operations >= least).collect();
+        order.sort_by_key(|&i| std::cmp::Reverse((sizes[i].operations, sizes[i].width)));
+        let mut cut = vec![false; list.len()];
+        for index in order {
+            if room.holds(total) {
+                break;
+            }
+            cut[index] = true;
+            total.width = (total.width + NUMBERED_NAME).saturating_sub(sizes[index].width);
+            total.operations -= sizes[index].operations;
+        }
+        for (slot, cut) in list.iter_mut().zip(cut) {
+            if cut {
+                let tree = std::mem::replace(slot, Expression::Known(false));
+                *slot = self.part(tree);
+            }
+        }
+        list
+    }
+
+    /// Fewer terms of the same total: great ones are cut off, then neighbours are joined on lines of their own.
+    fn condense(
+        &mut self,
+        terms: Vec<(bool, Expression)>,
+        room: Room,
+        join: &dyn Fn(Vec<(bool, Expression)>) -> (bool, Expression),
+    ) -> Vec<(bool, Expression)> {
+        const GREAT: usize = 3;
+        let joints = Size { width: 0, operations: terms.len().saturating_sub(1) };
+        let (signs, trees): (Vec<bool>, Vec<Expression>) = terms.into_iter().unzip();
+        let trees = self.cut_greatest(trees, room.less(joints), GREAT);
+        let mut terms: Vec<(bool, Expression)> = signs.into_iter().zip(trees).collect();
+        loop {
+            let sizes: Vec<Size> = terms.iter().map(|(_, x)| self.size(x)).collect();
+            let total = |range: &[Size]| {
+                let joints = range.len().saturating_sub(1);
+                let sum = range.iter().fold(Size::default(), |sum, size| sum + *size);
+                Size { width: sum.width + 5 * joints, operations: sum.operations + joints }
+            };
+            if room.holds(total(&sizes)) {
+                return terms;
+            }
+            if terms.len() < 3 {
+                let (signs, trees): (Vec<bool>, Vec<Expression>) = terms.into_iter().unzip();
+                return signs.into_iter().zip(self.cut_greatest(trees, room, 1)).collect();
+            }
+            // Two neighbours must fit on one line.
+            let wide = |size: &Size| size.operations > 0 && size.width > NUMBERED_NAME.max(LONG_INPUT);
+            if sizes.iter().any(wide) {
+                for ((_, tree), size) in terms.iter_mut().zip(&sizes) {
+                    if wide(size) {
+                        let cut = std::mem::replace(tree, Expression::Known(false));
+                        *tree = self.part(cut);
+                    }
+                }
+                continue;
+            }
+            let mut groups: Vec<usize> = vec![0];
+            for end in 1..terms.len() {
+                let start = groups[groups.len() - 1];
+                if end - start > 1 && !Room::INLINE.holds(total(&sizes[start..=end])) {
+                    groups.push(end);
+                }
+            }
+            // What is left over stays where it is.
+            let last = if groups.len() > 1 { groups[groups.len() - 1] } else { terms.len() - 1 };
+            let mut rest = terms.into_iter();
+            let mut joined = Vec::new();
+            for (index, start) in groups.iter().enumerate() {
+                let end = groups.get(index + 1).copied().unwrap_or(last).min(last);
+                let group: Vec<_> = rest.by_ref().take(end.saturating_sub(*start)).collect();
+                match group.len() {
+                    0 => {}
+                    1 => joined.extend(group),
+                    _ => {
+                        let (negative, tree) = join(group);
+                        joined.push((negative, self.part(tree)));
+                    }
+                }
+            }
+            joined.extend(rest);
+            terms = joined;
+        }
+    }
+}

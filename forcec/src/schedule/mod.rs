@@ -1,0 +1,285 @@
+//! From the scalar graph to ordered, named statements: what every target prints.
+//!
+//! In: a [`Program`]. Out: a [`Schedule`], in which dead code is gone, shared values have a name, every line is short
+//! enough to read, and an output is stored as soon as its value is there. A schedule is a value: it can be printed,
+//! counted and evaluated. The same program makes the same schedule everywhere.
+
+mod build;
+mod cut;
+mod lower;
+mod names;
+pub mod print;
+mod run;
+
+pub use names::{argument_name, body_name};
+
+use crate::bodies::{Signature, Slot};
+use crate::exact::Exact;
+use crate::ops::{Cost, Function};
+use crate::scalar::{Operations, Program};
+use crate::vector::Comparison;
+use std::fmt;
+use std::ops::Range;
+
+/// One of the three results of a kernel.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Part {
+    /// F
+    Force,
+    /// ∂F/∂X
+    Dfdx,
+    /// ∂F/∂V
+    Dfdv,
+}
+
+impl Part {
+    /// Its field in the output struct.
+    pub fn name(self) -> &'static str {
+        match self {
+            Part::Force => "force",
+            Part::Dfdx => "dfdx",
+            Part::Dfdv => "dfdv",
+        }
+    }
+
+    /// What a reader calls it.
+    pub fn title(self) -> &'static str {
+        match self {
+            Part::Force => "F",
+            Part::Dfdx => "dF/dX",
+            Part::Dfdv => "dF/dV",
+        }
+    }
+}
+
+/// One entry of the results.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Output {
+    /// Which result.
+    pub part: Part,
+    /// The coordinate of the force.
+    pub row: usize,
+    /// The coordinate it is differentiated by; 0 for the force itself.
+    pub column: usize,
+}
+
+impl Output {
+    /// An entry.
+    pub fn new(part: Part, row: usize, column: usize) -> Output {
+        Output { part, row, column }
+    }
+}
+
+/// A temporary, by its position in [`Schedule::variables`].
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Name(pub(crate) u32);
+
+impl Name {
+    /// Position among the variables.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What is known of a temporary.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Variable {
+    /// Its name: unique, and an identifier in C, C++ and Rust.
+    pub name: String,
+    /// Whether it is a truth and not a number.
+    pub truth: bool,
+}
+
+/// A small tree: what one statement computes. Operators associate to the left, as they do in C and Rust.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Expression {
+    /// A number; negative only where no sign could stand before it.
+    Literal(Exact),
+    /// A known truth.
+    Known(bool),
+    /// An entry of an argument.
+    Input(Slot),
+    /// A temporary.
+    Name(Name),
+    /// −x
+    Negative(Box<Expression>),
+    /// A pinned difference, never regrouped.
+    Difference(Box<[Expression; 2]>),
+    /// The terms in order, each with whether it is subtracted.
+    Sum(Vec<(bool, Expression)>),
+    /// Π over / Π under; 1 over an empty product.
+    Quotient(Vec<Expression>, Vec<Expression>),
+    /// A row of the function table.
+    Call(Function, Vec<Expression>),
+    /// if the first holds the second, else the third: a statement of its own.
+    Select(Box<[Expression; 3]>),
+    /// A comparison.
+    Compare(Comparison, Box<[Expression; 2]>),
+    /// Both.
+    And(Box<[Expression; 2]>),
+    /// Either.
+    Or(Box<[Expression; 2]>),
+    /// Not.
+    Not(Box<Expression>),
+}
+
+impl Expression {
+    /// Whether this is one word: a name, an input or a number.
+    pub fn is_atom(&self) -> bool {
+        match self {
+            Expression::Literal(_) | Expression::Known(_) | Expression::Input(_) | Expression::Name(_) => {
+                true
+            }
+            Expression::Call(function, _) => function.row().cost == Cost::Free,
+            _ => false,
+        }
+    }
+
+    /// Whether this is a truth and not a number, if it is no name.
+    pub(crate) fn is_truth(&self) -> bool {
+        matches!(
+            self,
+            Expression::Known(_)
+                | Expression::Compare(..)
+                | Expression::And(_)
+                | Expression::Or(_)
+                | Expression::Not(_)
+        )
+    }
+
+    /// The parts, in order.
+    pub fn children(&self) -> Vec<&Expression> {
+        match self {
+            Expression::Literal(_) | Expression::Known(_) | Expression::Input(_) | Expression::Name(_) => {
+                vec![]
+            }
+            Expression::Negative(x) | Expression::Not(x) => vec![x],
+            Expression::Sum(terms) => terms.iter().map(|(_, x)| x).collect(),
+            Expression::Quotient(over, under) => over.iter().chain(under).collect(),
+            Expression::Call(_, arguments) => arguments.iter().collect(),
+            Expression::Select(parts) => parts.iter().collect(),
+            Expression::Difference(pair)
+            | Expression::Compare(_, pair)
+            | Expression::And(pair)
+            | Expression::Or(pair) => pair.iter().collect(),
+        }
+    }
+
+    /// The operations written in it: and, or, not count nothing, nor does the sign of a number.
+    pub fn operations(&self) -> Operations {
+        let mut count = Operations::default();
+        match self {
+            Expression::Negative(_) => count.neg = 1,
+            Expression::Difference(_) => count.add = 1,
+            Expression::Sum(terms) => {
+                count.add = terms.len() - 1;
+                count.neg = usize::from(terms[0].0);
+            }
+            Expression::Quotient(over, under) => {
+                count.mul = over.len().saturating_sub(1) + under.len().saturating_sub(1);
+                count.div = usize::from(!under.is_empty());
+            }
+            Expression::Call(function, _) => match function.row().cost {
+                Cost::Free => {}
+                Cost::Sqrt => count.sqrt = 1,
+                Cost::Call => count.call = 1,
+            },
+            Expression::Select(_) | Expression::Compare(..) => count.call = 1,
+            _ => {}
+        }
+        for child in self.children() {
+            count += child.operations();
+        }
+        count
+    }
+}
+
+/// One step of a kernel.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Statement {
+    /// A temporary gets its value.
+    Let(Name, Expression),
+    /// An output gets its value.
+    Store(Output, Expression),
+    /// A rectangle of outputs is zero; a force counts as one column.
+    Zero {
+        /// Which result.
+        part: Part,
+        /// The rows.
+        rows: Range<usize>,
+        /// The columns.
+        columns: Range<usize>,
+    },
+    /// Here begins what a result needs.
+    Heading(Part),
+}
+
+/// A kernel as statements.
+#[derive(Clone, Debug)]
+pub struct Schedule {
+    /// The arguments.
+    pub signature: Signature,
+    /// The temporaries.
+    pub variables: Vec<Variable>,
+    /// The steps, in order.
+    pub statements: Vec<Statement>,
+    /// How many outputs are not plainly zero.
+    pub nonzero: usize,
+    /// How many of these differ in more than their sign.
+    pub distinct: usize,
+}
+
+/// The statements that compute a program's outputs.
+pub fn schedule(program: &Program) -> Schedule {
+    let items = lower::lower(program);
+    build::build(&program.signature, items)
+}
+
+impl Schedule {
+    /// The operations written in the statements.
+    pub fn operations(&self) -> Operations {
+        let mut total = Operations::default();
+        for statement in &self.statements {
+            if let Statement::Let(_, expression) | Statement::Store(_, expression) = statement {
+                total += expression.operations();
+            }
+        }
+        total
+    }
+
+    /// How many temporaries and stores there are.
+    pub fn lines(&self) -> usize {
+        self.statements.iter().filter(|s| matches!(s, Statement::Let(..) | Statement::Store(..))).count()
+    }
+
+    /// The special functions that need a definition of their own, in order.
+    pub fn families(&self) -> Vec<Function> {
+        let mut found = std::collections::BTreeSet::new();
+        let mut pending: Vec<&Expression> = Vec::new();
+        for statement in &self.statements {
+            if let Statement::Let(_, expression) | Statement::Store(_, expression) = statement {
+                pending.push(expression);
+                while let Some(expression) = pending.pop() {
+                    if let Expression::Call(function, _) = expression {
+                        if function.order().is_some() {
+                            found.insert(*function);
+                        }
+                    }
+                    pending.extend(expression.children());
+                }
+            }
+        }
+        found.into_iter().collect()
+    }
+}
+
+impl fmt::Display for Schedule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for statement in &self.statements {
+            for line in print::statement(&print::Plain(&self.signature), &self.variables, statement) {
+                writeln!(f, "{line}")?;
+            }
+        }
+        Ok(())
+    }
+}

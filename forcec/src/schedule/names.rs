@@ -1,0 +1,280 @@
+//! Names: unique, plain identifiers of C, C++ and Rust that say what a value is.
+//!
+//! In: items. Out: a name for every item that is written on a line of its own, if one can be told from the source:
+//! the author's own, the output it is stored to, the entry of the argument it loads, or what it is made of
+//! (`inv_length`, `sin_angle`, `k_x`). What has none is numbered within the statement it serves, by the scheduler, so
+//! that an edit elsewhere in the source renames nothing here.
+
+use crate::bodies::Signature;
+use crate::exact::Exact;
+use crate::ops::Function;
+use crate::schedule::lower::{Item, ItemId, Items};
+use crate::schedule::{Output, Part};
+use crate::vector::Comparison;
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::sync::LazyLock;
+
+/// Keywords of C99 and of C++20, and the macros of `<math.h>` and common platforms that are spelled like names.
+const C_WORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t \
+    char8_t class co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue \
+    decltype default delete do double dynamic_cast else enum explicit export extern false float for friend goto if \
+    inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
+    register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast struct \
+    switch template this thread_local throw true try typedef typeid typename typeof union unsigned using virtual void \
+    volatile wchar_t while xor xor_eq _Bool _Complex _Imaginary NULL NAN INFINITY HUGE_VAL HUGE_VALF HUGE_VALL EOF I";
+
+/// Keywords of Rust.
+const RUST_WORDS: &str = "abstract as async await become box break const continue crate do dyn else enum extern false \
+    final fn for gen if impl in let loop macro match mod move mut override priv pub ref return self static struct \
+    super trait true try type typeof union unsafe unsized use virtual where while yield f32 f64 bool usize core std";
+
+/// Functions of `<math.h>`, without the suffixes `f` and `l`, and other words that a local name should not hide or
+/// that a platform's headers define.
+const C_FUNCTIONS: &str = "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 \
+    fabs fdim floor fma fmax fmin fmod frexp gamma hypot ilogb ldexp lgamma llrint llround log log10 log1p log2 logb \
+    lrint lround modf nan nearbyint nextafter nexttoward pow remainder remquo rint round scalbln scalbn signbit sin \
+    sinh sqrt tan tanh tgamma trunc j0 j1 jn y0 y1 yn drem finite significand scalb exp10 pow10 sincos isnan isinf \
+    isfinite isnormal fpclassify signgam abs labs div index main printf malloc free errno time clock near far min max \
+    small hyper interface linux unix i386 stdin stdout stderr NULL evaluate";
+
+fn is_in(word: &str, list: &str) -> bool {
+    list.split_ascii_whitespace().any(|entry| entry == word)
+}
+
+/// The name of a parameter or of a body in every target: the author's, with `_` behind it where it would collide.
+pub fn argument_name(name: &str) -> String {
+    let collides = is_in(name, C_WORDS) || name == "out" || name == "params";
+    if collides { format!("{name}_") } else { plain(name, false) }
+}
+
+/// The name of a body argument: [`argument_name`], which must not hide a function either.
+pub fn body_name(name: &str) -> String {
+    if is_reserved(name) { format!("{name}_") } else { argument_name(name) }
+}
+
+fn is_reserved(name: &str) -> bool {
+    static WORDS: LazyLock<FxHashSet<String>> = LazyLock::new(|| {
+        let words = [C_WORDS, RUST_WORDS, C_FUNCTIONS, "out params"]
+            .into_iter()
+            .flat_map(str::split_ascii_whitespace);
+        let functions = C_FUNCTIONS.split_ascii_whitespace();
+        let suffixed = functions.flat_map(|name| [format!("{name}f"), format!("{name}l")]);
+        words.map(str::to_owned).chain(suffixed).collect()
+    });
+    WORDS.contains(name)
+        || name.starts_with("forcec_")
+        || name.starts_with("cos_sqrt_")
+        || name.starts_with("angle_ratio_")
+}
+
+/// A name in ASCII: Greek letters are spelled, everything else that is no letter or digit becomes `_`.
+fn plain(name: &str, lower: bool) -> String {
+    const GREEK: [&str; 25] = [
+        "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda",
+        "mu", "nu", "xi", "omicron", "pi", "rho", "sigma", "sigma", "tau", "upsilon", "phi", "chi", "psi",
+        "omega",
+    ];
+    let mut text = String::new();
+    for letter in name.chars() {
+        match letter {
+            'a'..='z' | '0'..='9' | '_' => text.push(letter),
+            'A'..='Z' if lower => text.push(letter.to_ascii_lowercase()),
+            'A'..='Z' => text.push(letter),
+            'α'..='ω' => text.push_str(GREEK[letter as usize - 'α' as usize]),
+            'Α'..='Ω' => text.push_str(GREEK[letter as usize - 'Α' as usize]),
+            _ => text.push('_'),
+        }
+    }
+    text
+}
+
+/// The longest name of a temporary; a longer one loses its middle.
+const LONGEST: usize = 27;
+
+/// The longest stem of a numbered name.
+const LONGEST_STEM: usize = 17;
+
+/// A temporary's name without double or outer underscores, and short enough.
+fn tidy(name: &str) -> String {
+    let words: Vec<String> =
+        plain(name, true).split('_').filter(|w| !w.is_empty()).map(str::to_owned).collect();
+    let mut text = words.join("_");
+    if text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit()) {
+        text = format!("x{text}");
+    }
+    shorten(&text, LONGEST)
+}
+
+/// A name of at most that length: one that is longer loses its middle.
+fn shorten(name: &str, longest: usize) -> String {
+    if name.len() <= longest {
+        return name.to_owned();
+    }
+    let half = longest / 2;
+    let (head, tail) =
+        (name[..half].trim_end_matches('_'), name[name.len() - half..].trim_start_matches('_'));
+    format!("{head}_{tail}")
+}
+
+/// The names that are taken.
+pub(super) struct Taken {
+    names: FxHashSet<String>,
+    /// The number to try next behind a name that is taken.
+    next: FxHashMap<String, u32>,
+}
+
+impl Taken {
+    /// The names of the arguments.
+    pub(super) fn by(signature: &Signature) -> Taken {
+        let bodies = signature.bodies.iter().map(|body| body_name(&body.name));
+        Taken { names: bodies.collect(), next: FxHashMap::default() }
+    }
+
+    /// The name itself, or with the first number behind it that makes it new.
+    pub(super) fn claim(&mut self, name: &str) -> String {
+        let name = tidy(name);
+        if self.is_free(&name) {
+            return name;
+        }
+        self.numbered(&format!("{name}_"), 2)
+    }
+
+    /// A name for a part of something named: its name, `_p` and the first number that makes it new.
+    pub(super) fn part(&mut self, of: &str) -> String {
+        self.numbered(&format!("{}_p", shorten(&tidy(of), LONGEST_STEM)), 1)
+    }
+
+    /// The stem with the first number behind it that makes it new.
+    fn numbered(&mut self, stem: &str, first: u32) -> String {
+        let mut number = self.next.get(stem).copied().unwrap_or(first);
+        loop {
+            let name = format!("{stem}{number}");
+            number += 1;
+            if self.is_free(&name) {
+                self.next.insert(stem.to_owned(), number);
+                return name;
+            }
+        }
+    }
+
+    fn is_free(&mut self, name: &str) -> bool {
+        !is_reserved(name) && self.names.insert(name.to_owned())
+    }
+}
+
+/// What an output is called: `force_a_x`, `dfdx_a_ry_b_x`; by numbers where the bodies' names are long.
+pub(super) fn output_name(signature: &Signature, output: Output) -> String {
+    let part = output.part.name();
+    let short = signature.bodies.iter().all(|body| body.name.len() <= 6);
+    let names = signature.coordinate_names();
+    let coordinate = |index: usize| match short {
+        true => names[index].replace(".", "_"),
+        false => index.to_string(),
+    };
+    match output.part {
+        Part::Force => format!("{part}_{}", coordinate(output.row)),
+        _ => format!("{part}_{}_{}", coordinate(output.row), coordinate(output.column)),
+    }
+}
+
+/// The names that can be told from the source, for the items that are written on a line of their own.
+pub(super) fn assign(
+    signature: &Signature,
+    items: &Items,
+    own_line: &[bool],
+    taken: &mut Taken,
+) -> Vec<Option<String>> {
+    let count = items.items.len();
+    let mut names: Vec<Option<String>> = vec![None; count];
+    for (name, source) in names.iter_mut().zip(&items.sources) {
+        *name = source.as_ref().map(|source| taken.claim(source));
+    }
+    for (output, edge) in &items.outputs {
+        let item = edge.item as usize;
+        let computed = !matches!(items.items[item], Item::Input(_) | Item::Difference(..));
+        if own_line[item] && computed && names[item].is_none() {
+            names[item] = Some(taken.claim(&output_name(signature, *output)));
+        }
+    }
+    let mut bases: Vec<Option<String>> = vec![None; count];
+    for item in 0..count {
+        let told = match &names[item] {
+            Some(name) if items.sources[item].is_some() => Some(name.clone()),
+            Some(_) => None,
+            None => told(signature, items, &bases, item as ItemId),
+        };
+        if own_line[item] && names[item].is_none() {
+            names[item] = told.as_ref().map(|name| taken.claim(name));
+        }
+        bases[item] = told;
+    }
+    names
+}
+
+/// What an item is made of, in a word, if that is short.
+fn told(signature: &Signature, items: &Items, bases: &[Option<String>], item: ItemId) -> Option<String> {
+    const SHORT: usize = 20;
+    let base = |id: ItemId| bases[id as usize].as_deref();
+    let name = match &items.items[item as usize] {
+        Item::Input(slot) => {
+            let name = signature.slot_name(*slot).replace(['.', '['], "_").replace(']', "");
+            return Some(tidy(&name));
+        }
+        Item::Difference(first, second) => {
+            let [Item::Input(first), Item::Input(second)] =
+                [first, second].map(|id| &items.items[*id as usize])
+            else {
+                return None;
+            };
+            let bodies = [first, second].map(|slot| signature.bodies.get(slot.argument as usize));
+            let [Some(to), Some(from)] = bodies else { return None };
+            let axis = signature.slot_name(*first);
+            let axis = axis.rsplit('.').next()?;
+            format!("{}_minus_{}_{axis}", to.name, from.name)
+        }
+        Item::Quotient(..) if items.powers.contains_key(&item) => {
+            let (of, exponent) = items.powers[&item];
+            match exponent {
+                2 => format!("{}_sq", base(of)?),
+                _ => format!("{}_pow{exponent}", base(of)?),
+            }
+        }
+        Item::Quotient(over, under) => match (over.as_slice(), under.as_slice()) {
+            ([], [x]) => format!("inv_{}", base(*x)?),
+            ([x], [y]) => format!("{}_per_{}", base(*x)?, base(*y)?),
+            ([x, y], []) => match &items.items[*x as usize] {
+                Item::Number(number) if *number == Exact::from(2) => format!("two_{}", base(*y)?),
+                Item::Number(number) if *number == Exact::ratio(1, 2) => format!("half_{}", base(*y)?),
+                _ => format!("{}_{}", base(*x)?, base(*y)?),
+            },
+            _ => return None,
+        },
+        Item::Call(function, arguments)
+            if !matches!(function, Function::CosSqrt(_) | Function::AngleRatio(_)) =>
+        {
+            match arguments.as_slice() {
+                [x] if !x.negative => format!("{}_{}", function.row().name, base(x.item)?),
+                _ => return None,
+            }
+        }
+        Item::Sum(edges) => match edges.as_slice() {
+            [x, y] => {
+                let (x, y) = if x.negative { (y, x) } else { (x, y) };
+                if x.negative {
+                    return None;
+                }
+                let sign = if y.negative { "minus" } else { "plus" };
+                format!("{}_{sign}_{}", base(x.item)?, base(y.item)?)
+            }
+            _ => return None,
+        },
+        Item::Compare(Comparison::Less, x, y) if !x.negative && !y.negative => {
+            match &items.items[y.item as usize] {
+                Item::Number(number) if number.is_zero() => format!("{}_negative", base(x.item)?),
+                _ => format!("{}_below_{}", base(x.item)?, base(y.item)?),
+            }
+        }
+        _ => return None,
+    };
+    (name.len() <= SHORT).then_some(name)
+}

@@ -1,0 +1,276 @@
+//! Statements as text, in any language whose operators associate and bind as those of C and Rust do.
+//!
+//! In: a statement. Out: its lines, without indentation. What differs between languages is a [`Dialect`]; where
+//! parentheses go is decided here, once: a pinned difference and a sum within a sum keep theirs.
+
+use crate::bodies::{Signature, Slot};
+use crate::exact::Exact;
+use crate::ops::Function;
+use crate::schedule::{Expression, Output, Part, Statement, Variable};
+use crate::vector::Comparison;
+use std::ops::Range;
+
+/// How a language spells what statements are made of.
+pub trait Dialect {
+    /// A number.
+    fn literal(&self, value: &Exact) -> String;
+    /// A number on which a method is called.
+    fn receiver(&self, value: &Exact) -> String {
+        self.literal(value)
+    }
+    /// A known truth.
+    fn known(&self, value: bool) -> String;
+    /// An entry of an argument.
+    fn input(&self, slot: Slot) -> String;
+    /// A function's template: `{0}`, `{1}` stand for the arguments.
+    fn function(&self, function: Function) -> String;
+    /// What stands for both, either, not.
+    fn logic(&self) -> [&'static str; 3] {
+        ["&&", "||", "!"]
+    }
+    /// A temporary gets a value.
+    fn define(&self, variable: &Variable, value: &str) -> Vec<String>;
+    /// An output gets a value.
+    fn store(&self, output: Output, value: &str) -> Vec<String>;
+    /// A temporary gets one of two values.
+    fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String>;
+    /// An output gets one of two values.
+    fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String>;
+    /// A rectangle of outputs becomes zero.
+    fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String>;
+    /// A remark on a line of its own.
+    fn remark(&self, text: &str) -> Vec<String>;
+}
+
+/// The lines of a statement.
+pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Statement) -> Vec<String> {
+    let printer = Printer { dialect, variables };
+    match statement {
+        Statement::Let(name, Expression::Select(parts)) => {
+            let texts = printer.select(parts);
+            dialect.define_select(&variables[name.index()], texts.each_ref().map(String::as_str))
+        }
+        Statement::Store(output, Expression::Select(parts)) => {
+            let texts = printer.select(parts);
+            dialect.store_select(*output, texts.each_ref().map(String::as_str))
+        }
+        Statement::Let(name, value) => dialect.define(&variables[name.index()], &printer.text(value)),
+        Statement::Store(output, value) => dialect.store(*output, &printer.text(value)),
+        Statement::Zero { part, rows, columns } => dialect.zero(*part, rows, columns),
+        Statement::Heading(part) => dialect.remark(part.title()),
+    }
+}
+
+/// An expression on its own.
+pub fn expression(dialect: &dyn Dialect, variables: &[Variable], expression: &Expression) -> String {
+    Printer { dialect, variables }.text(expression)
+}
+
+/// How tightly the context of an expression binds.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Binding {
+    Open,
+    Logic,
+    Comparison,
+    Sum,
+    Product,
+    Prefix,
+    Postfix,
+}
+
+struct Printer<'a> {
+    dialect: &'a dyn Dialect,
+    variables: &'a [Variable],
+}
+
+impl Printer<'_> {
+    fn text(&self, expression: &Expression) -> String {
+        let mut text = String::new();
+        self.write(&mut text, expression, Binding::Open);
+        text
+    }
+
+    fn select(&self, parts: &[Expression; 3]) -> [String; 3] {
+        parts.each_ref().map(|part| self.text(part))
+    }
+
+    fn write(&self, out: &mut String, expression: &Expression, context: Binding) {
+        let own = match expression {
+            Expression::Literal(value) if value.is_negative() => Binding::Prefix,
+            Expression::Negative(_) | Expression::Not(_) => Binding::Prefix,
+            Expression::Difference(_) if context != Binding::Open => Binding::Open,
+            Expression::Difference(_) | Expression::Sum(_) => Binding::Sum,
+            Expression::Quotient(..) => Binding::Product,
+            Expression::Compare(..) => Binding::Comparison,
+            Expression::And(_) | Expression::Or(_) => Binding::Logic,
+            Expression::Select(_) => Binding::Open,
+            _ => Binding::Postfix,
+        };
+        let parentheses = own < context || own == context && own < Binding::Prefix && own > Binding::Open;
+        if parentheses {
+            out.push('(');
+        }
+        match expression {
+            Expression::Literal(value) if context == Binding::Postfix => {
+                out.push_str(&self.dialect.receiver(value))
+            }
+            Expression::Literal(value) => out.push_str(&self.dialect.literal(value)),
+            Expression::Known(value) => out.push_str(&self.dialect.known(*value)),
+            Expression::Input(slot) => out.push_str(&self.dialect.input(*slot)),
+            Expression::Name(name) => out.push_str(&self.variables[name.index()].name),
+            Expression::Negative(x) => {
+                out.push('-');
+                // −(x y) is written −x y: the same value.
+                let product = matches!(&**x, Expression::Quotient(over, _) if !over.is_empty());
+                self.write(out, x, if product { Binding::Sum } else { Binding::Prefix });
+            }
+            Expression::Difference(pair) => self.binary(out, pair, " - ", Binding::Sum),
+            Expression::Sum(terms) => {
+                for (index, (negative, term)) in terms.iter().enumerate() {
+                    out.push_str(match (index, negative) {
+                        (0, false) => "",
+                        (0, true) => "-",
+                        (_, false) => " + ",
+                        (_, true) => " - ",
+                    });
+                    self.write(out, term, Binding::Sum);
+                }
+            }
+            Expression::Quotient(over, under) => {
+                for (index, factor) in over.iter().enumerate() {
+                    out.push_str(if index > 0 { " * " } else { "" });
+                    // A sign may open a product.
+                    let signed =
+                        index == 0 && matches!(factor, Expression::Negative(_) | Expression::Literal(_));
+                    self.write(out, factor, if signed { Binding::Prefix } else { Binding::Product });
+                }
+                if over.is_empty() {
+                    out.push_str(&self.dialect.literal(&Exact::ONE));
+                }
+                match under.as_slice() {
+                    [] => {}
+                    [single] => {
+                        out.push_str(" / ");
+                        self.write(out, single, Binding::Product);
+                    }
+                    several => {
+                        out.push_str(" / (");
+                        for (index, factor) in several.iter().enumerate() {
+                            out.push_str(if index > 0 { " * " } else { "" });
+                            self.write(out, factor, Binding::Product);
+                        }
+                        out.push(')');
+                    }
+                }
+            }
+            Expression::Call(function, arguments) => self.call(out, *function, arguments),
+            Expression::Select(parts) => {
+                let [condition, x, y] = self.select(parts);
+                out.push_str(&format!("{condition} ? {x} : {y}"));
+            }
+            Expression::Compare(comparison, pair) => {
+                let sign = match comparison {
+                    Comparison::Less => " < ",
+                    Comparison::LessEqual => " <= ",
+                    Comparison::Equal => " == ",
+                };
+                self.binary(out, pair, sign, Binding::Comparison);
+            }
+            Expression::And(pair) => {
+                self.binary(out, pair, &format!(" {} ", self.dialect.logic()[0]), Binding::Logic)
+            }
+            Expression::Or(pair) => {
+                self.binary(out, pair, &format!(" {} ", self.dialect.logic()[1]), Binding::Logic)
+            }
+            Expression::Not(x) => {
+                out.push_str(self.dialect.logic()[2]);
+                self.write(out, x, Binding::Prefix);
+            }
+        }
+        if parentheses {
+            out.push(')');
+        }
+    }
+
+    fn binary(&self, out: &mut String, pair: &[Expression; 2], sign: &str, context: Binding) {
+        self.write(out, &pair[0], context);
+        out.push_str(sign);
+        self.write(out, &pair[1], context);
+    }
+
+    fn call(&self, out: &mut String, function: Function, arguments: &[Expression]) {
+        let template = self.dialect.function(function);
+        let mut rest = template.as_str();
+        while let Some(open) = rest.find('{') {
+            out.push_str(&rest[..open]);
+            let close = open + 2;
+            let index: usize = rest[open + 1..close].parse().expect("a template numbers its arguments");
+            let method = rest[close + 1..].starts_with('.');
+            self.write(out, &arguments[index], if method { Binding::Postfix } else { Binding::Open });
+            rest = &rest[close + 1..];
+        }
+        out.push_str(rest);
+    }
+}
+
+/// The text form of a schedule: bare assignments.
+pub(super) struct Plain<'a>(pub(super) &'a Signature);
+
+impl Dialect for Plain<'_> {
+    fn literal(&self, value: &Exact) -> String {
+        value.to_string()
+    }
+
+    fn known(&self, value: bool) -> String {
+        value.to_string()
+    }
+
+    fn input(&self, slot: Slot) -> String {
+        self.0.slot_name(slot)
+    }
+
+    fn function(&self, function: Function) -> String {
+        let row = function.row();
+        let order = function.order().map(|n| format!("_{n}")).unwrap_or_default();
+        let arguments: Vec<String> = (0..row.arity).map(|i| format!("{{{i}}}")).collect();
+        let arguments = arguments.join(", ");
+        if row.arity == 0 { row.name.to_owned() } else { format!("{}{order}({arguments})", row.name) }
+    }
+
+    fn logic(&self) -> [&'static str; 3] {
+        ["and", "or", "not "]
+    }
+
+    fn define(&self, variable: &Variable, value: &str) -> Vec<String> {
+        vec![format!("{} = {value}", variable.name)]
+    }
+
+    fn store(&self, output: Output, value: &str) -> Vec<String> {
+        let names = self.0.coordinate_names();
+        let column =
+            if output.part == Part::Force { String::new() } else { format!("[{}]", names[output.column]) };
+        vec![format!("{}[{}]{column} = {value}", output.part.name(), names[output.row])]
+    }
+
+    fn define_select(&self, variable: &Variable, [c, x, y]: [&str; 3]) -> Vec<String> {
+        self.define(variable, &format!("if {c} then {x} else {y}"))
+    }
+
+    fn store_select(&self, output: Output, [c, x, y]: [&str; 3]) -> Vec<String> {
+        self.store(output, &format!("if {c} then {x} else {y}"))
+    }
+
+    fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String> {
+        let names = self.0.coordinate_names();
+        let span = |range: &Range<usize>| match range.len() {
+            1 => names[range.start].clone(),
+            _ => format!("{} .. {}", names[range.start], names[range.end - 1]),
+        };
+        let columns = if part == Part::Force { String::new() } else { format!("[{}]", span(columns)) };
+        vec![format!("{}[{}]{columns} = 0", part.name(), span(rows))]
+    }
+
+    fn remark(&self, text: &str) -> Vec<String> {
+        vec![format!("# {text}")]
+    }
+}

@@ -1,0 +1,71 @@
+//! Limits on nesting, checked on the tokens with a stack of our own before anything recursive sees them.
+//!
+//! In: tokens. Out: nothing, or the message about the place that is nested too deeply or runs on for too long.
+//! Promise: what passes is parsed, walked and dropped within the stack of [`super::with_deep_stack`].
+
+use super::bytes_of;
+use crate::diagnostic::Diagnostic;
+use proc_macro2::{Delimiter, TokenStream, TokenTree, token_stream};
+
+/// Brackets within brackets.
+const DEEPEST: usize = 256;
+
+/// Tokens from the start of a statement to any token in it, brackets that stand beside the way not counted.
+const LONGEST: usize = 40_000;
+
+struct Level {
+    tokens: token_stream::IntoIter,
+    /// Tokens on the way to the bracket.
+    start: usize,
+    /// Tokens on the way to here.
+    here: usize,
+    /// The last token was a block in braces.
+    after_block: bool,
+}
+
+pub(super) fn check(tokens: TokenStream) -> Result<(), Diagnostic> {
+    let level = |tokens: TokenStream, start| Level {
+        tokens: tokens.into_iter(),
+        start,
+        here: start,
+        after_block: false,
+    };
+    let mut levels = vec![level(tokens, 0)];
+    while let Some(current) = levels.last_mut() {
+        let Some(token) = current.tokens.next() else {
+            levels.pop();
+            continue;
+        };
+        let new_statement = match &token {
+            TokenTree::Ident(ident) => {
+                current.after_block && !["else", "as", "in", "if"].iter().any(|word| ident == word)
+            }
+            TokenTree::Punct(punct) => {
+                matches!(punct.as_char(), ';' | ',') || punct.as_char() == '#' && current.after_block
+            }
+            TokenTree::Group(_) | TokenTree::Literal(_) => current.after_block,
+        };
+        current.here = if new_statement { current.start } else { current.here + 1 };
+        if current.here > LONGEST {
+            let label = format!("more than {LONGEST} tokens without a `;` or `,` end here");
+            return Err(Diagnostic::error(bytes_of(token.span()), "an expression is too long", label)
+                .help("name its parts with `let`"));
+        }
+        current.after_block = false;
+        if let TokenTree::Group(group) = token {
+            current.after_block = group.delimiter() == Delimiter::Brace;
+            let start = current.here;
+            if levels.len() > DEEPEST {
+                let label = format!("the {}th bracket within another", levels.len());
+                return Err(Diagnostic::error(
+                    bytes_of(group.span_open()),
+                    "brackets are nested too deeply",
+                    label,
+                )
+                .help("name inner parts with `let`"));
+            }
+            levels.push(level(group.stream(), start));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,207 @@
+//! Stage 1, source text → syntax tree.
+//!
+//! In: the text of a force file, any text at all. Out: an [`ast::File`], or every message about what is not part of
+//! the language. Promise: no input panics, hangs or overflows the stack; syn parses, and what it accepts beyond the
+//! language is named with what to write instead.
+
+pub mod ast;
+mod attributes;
+mod expressions;
+mod items;
+mod limits;
+mod print;
+mod reader;
+mod statements;
+pub(crate) mod suggest;
+mod types;
+
+pub(crate) use types::OTHER_NAMES;
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::span::{Source, Span};
+use proc_macro2::{LexError, TokenStream, TokenTree};
+use reader::Reader;
+use std::cell::Cell;
+use std::str::FromStr;
+
+/// The stack that parsing and checking run on. The limits on nesting and on the length of an expression are chosen
+/// so that an unoptimised build stays within it.
+const STACK: usize = 1 << 30;
+
+/// The longest text accepted, in bytes.
+const LONGEST_TEXT: usize = 16 << 20;
+
+thread_local! {
+    static DEEP: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `work` where the recursion that the limits allow cannot overflow the stack: on a thread of its own, or in
+/// place where the caller runs on such a thread already.
+pub fn with_deep_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    if DEEP.get() {
+        return work();
+    }
+    std::thread::scope(|scope| {
+        let deep = || {
+            DEEP.set(true);
+            work()
+        };
+        let thread = std::thread::Builder::new().name("forcec".to_owned()).stack_size(STACK);
+        let handle = thread.spawn_scoped(scope, deep).expect("the system has room for one more thread");
+        handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// The syntax tree of a force file, or everything that is wrong with its syntax.
+pub fn parse(source: &Source) -> Result<ast::File, Diagnostics> {
+    with_deep_stack(|| {
+        let list = match tokens(&source.text) {
+            Err(diagnostic) => vec![diagnostic],
+            Ok(tokens) => match syn::parse2::<syn::File>(tokens) {
+                Err(error) => syn_errors(&error, &mut bytes_of, source.text.len()),
+                Ok(file) => return from_items(source.clone(), &file.attrs, &file.items, bytes_of),
+            },
+        };
+        Err(Diagnostics::new(source.clone(), list))
+    })
+}
+
+/// The syntax tree of items that are parsed already: the door of the macros, whose spans are the compiler's own and
+/// are turned into ours by `locate`, and by it alone.
+pub fn from_items(
+    source: Source,
+    attributes: &[syn::Attribute],
+    items: &[syn::Item],
+    locate: impl FnMut(proc_macro2::Span) -> Span,
+) -> Result<ast::File, Diagnostics> {
+    let mut reader = Reader::new(locate);
+    reader.file(attributes, items);
+    if reader.diagnostics.is_empty() {
+        Ok(ast::File { source, functions: reader.functions, constants: reader.constants })
+    } else {
+        Err(Diagnostics::new(source, reader.diagnostics))
+    }
+}
+
+/// Where a token of a text that we tokenised stands.
+fn bytes_of(span: proc_macro2::Span) -> Span {
+    let range = span.byte_range();
+    Span { start: range.start as u32, end: range.end as u32 }
+}
+
+/// Whether a text has a force attribute, so that other Rust files can be passed over. Comments and strings do not
+/// count; a text that is not even made of tokens does when the letters of an attribute occur in it.
+pub fn mentions_forces(text: &str) -> bool {
+    const NAMES: [&str; 4] = ["constraint", "energy", "force", "forces"];
+    if !text.contains('#') || !NAMES.iter().any(|name| text.contains(name)) {
+        return false;
+    }
+    let Ok(tokens) = tokenise(text) else {
+        return NAMES.iter().any(|name| text.contains(&format!("#[{name}")));
+    };
+    let mut pending = vec![tokens.into_iter()];
+    let mut after_hash = false;
+    while let Some(stream) = pending.last_mut() {
+        match stream.next() {
+            None => {
+                pending.pop();
+                after_hash = false;
+            }
+            Some(TokenTree::Group(group)) => {
+                if after_hash && attribute_name(group.stream()).is_some_and(|n| NAMES.contains(&n.as_str())) {
+                    return true;
+                }
+                after_hash = false;
+                pending.push(group.stream().into_iter());
+            }
+            Some(TokenTree::Punct(punct)) => after_hash = punct.as_char() == '#',
+            Some(_) => after_hash = false,
+        }
+    }
+    false
+}
+
+/// The last segment of the path an attribute begins with.
+fn attribute_name(tokens: TokenStream) -> Option<String> {
+    let mut name = None;
+    for token in tokens {
+        match token {
+            TokenTree::Ident(ident) => name = Some(ident.to_string()),
+            TokenTree::Punct(punct) if punct.as_char() == ':' => {}
+            _ => break,
+        }
+    }
+    name
+}
+
+/// The tokens of a text, a byte order mark and a `#!` line passed over without moving what follows.
+fn tokenise(text: &str) -> Result<TokenStream, LexError> {
+    let mut text = std::borrow::Cow::Borrowed(text);
+    if text.starts_with('\u{feff}') {
+        text.to_mut().replace_range(..3, "   ");
+    }
+    let start = text.len() - text.trim_start_matches(' ').len();
+    if text[start..].starts_with("#!") && !text[start + 2..].trim_start().starts_with('[') {
+        let end = text.find('\n').unwrap_or(text.len());
+        text.to_mut().replace_range(start..end, &" ".repeat(end - start));
+    }
+    TokenStream::from_str(&text)
+}
+
+/// The tokens of a text that is fit to be parsed.
+fn tokens(text: &str) -> Result<TokenStream, Diagnostic> {
+    if text.len() > LONGEST_TEXT {
+        return Err(Diagnostic::file(format!("a force file is at most {} MiB long", LONGEST_TEXT >> 20)));
+    }
+    let tokens = tokenise(text).map_err(|error| lexical_error(text, &error))?;
+    limits::check(tokens.clone())?;
+    Ok(tokens)
+}
+
+fn lexical_error(text: &str, error: &LexError) -> Diagnostic {
+    let start = (error.span().byte_range().start).min(text.len());
+    let rest = &text[start..];
+    let character = rest.chars().next();
+    let span = Span { start: start as u32, end: (start + character.map_or(0, char::len_utf8)) as u32 };
+    let diagnostic = |message: String, label: &str| Diagnostic::error(span, message, label);
+    match character {
+        Some(bracket @ ('(' | '[' | '{')) => {
+            diagnostic(format!("`{bracket}` is never closed"), "the bracket that is opened here")
+        }
+        Some(bracket @ (')' | ']' | '}')) => {
+            diagnostic(format!("`{bracket}` closes nothing"), "no bracket of this kind is open here")
+        }
+        Some('"') => diagnostic("the quotation mark is never closed".to_owned(), "text begins here"),
+        Some('\'') => diagnostic("a stray quotation mark".to_owned(), "neither a character nor a lifetime"),
+        Some('/') => diagnostic("the comment is never closed".to_owned(), "`/*` without `*/`"),
+        Some(digit) if digit.is_ascii_digit() => {
+            diagnostic("a number that is malformed".to_owned(), "not a Rust literal")
+                .help("write numbers as `2.0`, `1e-3` or, for indices, `3`")
+        }
+        Some(other) => {
+            let shown =
+                if other.is_control() { other.escape_unicode().to_string() } else { other.to_string() };
+            diagnostic(format!("unexpected character `{shown}`"), "not part of any Rust token")
+        }
+        None => diagnostic("the text ends within a token".to_owned(), "the end"),
+    }
+}
+
+/// The messages of syn, as ours.
+fn syn_errors(
+    error: &syn::Error,
+    locate: &mut dyn FnMut(proc_macro2::Span) -> Span,
+    length: usize,
+) -> Vec<Diagnostic> {
+    error
+        .into_iter()
+        .map(|error| {
+            let mut span = locate(error.span());
+            if span == Span::default() {
+                // syn knows no place for the end of the input.
+                span = Span { start: length as u32, end: length as u32 };
+            }
+            Diagnostic::error(span, error.to_string(), "this is not Rust")
+        })
+        .collect()
+}

@@ -1,0 +1,104 @@
+//! What the readers of items, types, statements and expressions share: places, names, messages.
+
+use super::ast::{Constant, Function, Name, Path};
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+
+/// Turns syn's tree into ours and collects what is wrong on the way.
+pub(super) struct Reader<'a> {
+    locate: Box<dyn FnMut(proc_macro2::Span) -> Span + 'a>,
+    pub(super) diagnostics: Vec<Diagnostic>,
+    pub(super) functions: Vec<Function>,
+    pub(super) constants: Vec<Constant>,
+    /// The arena of the function being read.
+    pub(super) expressions: super::ast::Expressions,
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn new(locate: impl FnMut(proc_macro2::Span) -> Span + 'a) -> Reader<'a> {
+        Reader {
+            locate: Box::new(locate),
+            diagnostics: Vec::new(),
+            functions: Vec::new(),
+            constants: Vec::new(),
+            expressions: Default::default(),
+        }
+    }
+
+    /// The one place where spans of tokens become ours.
+    pub(super) fn at(&mut self, span: proc_macro2::Span) -> Span {
+        (self.locate)(span)
+    }
+
+    /// From the first bracket to the last.
+    pub(super) fn between(&mut self, delimiters: proc_macro2::extra::DelimSpan) -> Span {
+        let open = self.at(delimiters.open());
+        open.to(self.at(delimiters.close()))
+    }
+
+    pub(super) fn error(&mut self, span: Span, message: impl Into<String>, label: impl Into<String>) {
+        self.diagnostics.push(Diagnostic::error(span, message, label));
+    }
+
+    pub(super) fn error_help(
+        &mut self,
+        span: Span,
+        message: impl Into<String>,
+        label: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.diagnostics.push(Diagnostic::error(span, message, label).help(help));
+    }
+
+    /// An identifier that C can have too.
+    pub(super) fn name(&mut self, ident: &syn::Ident) -> Name {
+        let span = self.at(ident.span());
+        let text = ident.to_string();
+        if let Some(bare) = text.strip_prefix("r#") {
+            self.error_help(
+                span,
+                format!("`{text}` is a raw identifier"),
+                "kernels have no way to write this name",
+                format!("call it `{bare}_`"),
+            );
+        } else if !text.is_ascii() {
+            self.error_help(
+                span,
+                format!("`{text}` is not an ASCII identifier"),
+                "C has no such names",
+                "use the letters a to z, digits and `_`",
+            );
+        }
+        Name { text, span }
+    }
+
+    /// A path without generic arguments.
+    pub(super) fn path(&mut self, path: &syn::Path) -> Path {
+        let mut segments = Vec::new();
+        let mut span: Option<Span> = None;
+        for segment in &path.segments {
+            let name = self.name(&segment.ident);
+            span = Some(span.map_or(name.span, |span| span.to(name.span)));
+            segments.push(name.text);
+            let arguments = match &segment.arguments {
+                syn::PathArguments::None => continue,
+                syn::PathArguments::AngleBracketed(arguments) => {
+                    let open = self.at(arguments.lt_token.spans[0]);
+                    open.to(self.at(arguments.gt_token.spans[0]))
+                }
+                syn::PathArguments::Parenthesized(arguments) => self.between(arguments.paren_token.span),
+            };
+            self.error_help(
+                arguments,
+                "generic arguments are not part of the force language",
+                "every type is known here",
+                "leave them out",
+            );
+        }
+        let span = span.unwrap_or_default();
+        if segments.is_empty() {
+            segments.push(String::new());
+        }
+        Path { segments, span }
+    }
+}

@@ -1,0 +1,340 @@
+//! C99: one header and one source for a force file, and `forcec.h` for all.
+//!
+//! In: a [`File`]. Out: text that compiles without a warning as C99, with headers that C++ reads too; its only
+//! dependency is `<math.h>`.
+
+use crate::bodies::{BODIES, ParameterType, Signature, Slot};
+use crate::exact::Exact;
+use crate::kernel::{File, Kernel, Precision};
+use crate::ops::Function;
+use crate::schedule::print::{self, Dialect};
+use crate::schedule::{Output, Part, Variable, argument_name, body_name};
+use crate::targets::routine::{Routine, Way, routine};
+use crate::targets::{PARTS, body, decimal, field_summary, parameter_summary, reads, slot_path, template};
+use std::f64::consts::PI;
+use std::ops::Range;
+
+const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
+
+fn real(precision: Precision) -> &'static str {
+    match precision {
+        Precision::F64 => "double",
+        Precision::F32 => "float",
+    }
+}
+
+/// `forcec.h`: bodies, constants and special functions, in both precisions.
+pub fn header_common() -> String {
+    let mut text = String::from(
+        "/*\n * What every kernel made by forcec includes: bodies and special functions.\n */\n\
+         #ifndef FORCEC_H\n#define FORCEC_H\n\n#include <math.h>\n\n",
+    );
+    let pi = Exact::from_f64(PI).expect("finite");
+    for precision in PRECISIONS {
+        let name = template("FORCEC_PI{F}", Function::Pi, precision);
+        text.push_str(&format!("#define {name} {}\n", literal(&pi, precision)));
+    }
+    for precision in PRECISIONS {
+        for row in &BODIES {
+            text.push_str(&format!("\n/* {} */\ntypedef struct {{\n", row.summary));
+            for field in row.fields {
+                let (real, summary) = (real(precision), field_summary(field));
+                text.push_str(&format!("    {real} {}[{}]; /* {summary} */\n", field.name, field.length));
+            }
+            text.push_str(&format!("}} {}_{precision};\n", row.c_name));
+        }
+    }
+    for precision in PRECISIONS {
+        let (real, name) = (real(precision), precision.name());
+        for (function, sign) in [("min", "<"), ("max", ">")] {
+            text.push_str(&format!(
+                "\nstatic inline {real} forcec_{function}_{name}({real} x, {real} y)\n\
+                 {{\n    return x {sign} y ? x : y;\n}}\n"
+            ));
+        }
+        for function in Function::ALL {
+            if let Some(routine) = routine(function, precision) {
+                text.push_str(&special(function, &routine, precision));
+            }
+        }
+    }
+    text.push_str("\n#endif\n");
+    text
+}
+
+/// The definition of a special function.
+fn special(function: Function, routine: &Routine, precision: Precision) -> String {
+    let empty = Signature::default();
+    let dialect = C { signature: &empty, precision };
+    let real = real(precision);
+    let name = template(function.row().c, function, precision);
+    let name = name.split('(').next().unwrap_or_default();
+    let arguments: Vec<String> =
+        routine.variables[..routine.arguments].iter().map(|v| format!("{real} {}", v.name)).collect();
+    let mut text =
+        format!("\n/* {} */\nstatic inline {real} {name}({})\n{{\n", routine.summary, arguments.join(", "));
+    let write = |text: &mut String, (statements, result): &Way, indent: &str| {
+        for statement in statements {
+            for line in print::statement(&dialect, &routine.variables, statement) {
+                text.push_str(&format!("{indent}{line}\n"));
+            }
+        }
+        text.push_str(&format!(
+            "{indent}return {};\n",
+            print::expression(&dialect, &routine.variables, result)
+        ));
+    };
+    if let Some((condition, near)) = &routine.near {
+        text.push_str(&format!(
+            "    if ({}) {{\n",
+            print::expression(&dialect, &routine.variables, condition)
+        ));
+        write(&mut text, near, "        ");
+        text.push_str("    }\n");
+    }
+    write(&mut text, &routine.far, "    ");
+    text.push_str("}\n");
+    text
+}
+
+/// The header of a force file: parameter and output structs, and what to call.
+pub fn header(file: &File) -> String {
+    let guard: String = file.stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    let guard = format!("FORCEC_{}_H", guard.to_ascii_uppercase());
+    let mut text = comment(&file_remark(file), "");
+    text.push_str(&format!("#ifndef {guard}\n#define {guard}\n\n#include \"forcec.h\"\n\n"));
+    text.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");
+    for kernel in &file.kernels {
+        for &precision in &file.precisions {
+            text.push('\n');
+            text.push_str(&declaration(kernel, precision));
+        }
+    }
+    text.push_str("\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
+    text
+}
+
+fn declaration(kernel: &Kernel, precision: Precision) -> String {
+    let (name, real) = (&kernel.name, real(precision));
+    let signature = &kernel.schedule.signature;
+    let mut text = String::new();
+    if !signature.parameters.is_empty() {
+        text.push_str("typedef struct {\n");
+        for parameter in &signature.parameters {
+            let field = format!("{}{}", argument_name(&parameter.name), extents(&parameter.ty));
+            text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
+        }
+        text.push_str(&format!("}} {name}_params_{precision};\n\n"));
+    }
+    let freedoms = signature.freedoms();
+    text.push_str("typedef struct {\n");
+    for (part, matrix, summary) in PARTS {
+        let extents = if matrix { format!("[{freedoms}][{freedoms}]") } else { format!("[{freedoms}]") };
+        text.push_str(&format!("    {real} {part}{extents}; /* {} */\n", summary.replace('`', "")));
+    }
+    text.push_str(&format!("}} {name}_out_{precision};\n\n"));
+    text.push_str(&comment(&kernel.docs, ""));
+    text.push_str(&format!("{};\n", prototype(kernel, precision)));
+    text
+}
+
+fn extents(ty: &ParameterType) -> String {
+    ty.extents().iter().map(|n| format!("[{n}]")).collect()
+}
+
+fn prototype(kernel: &Kernel, precision: Precision) -> String {
+    let signature = &kernel.schedule.signature;
+    let mut arguments: Vec<String> = Vec::new();
+    for body in &signature.bodies {
+        arguments.push(format!("const {}_{precision} *{}", body.kind.row().c_name, body_name(&body.name)));
+    }
+    if !signature.parameters.is_empty() {
+        arguments.push(format!("const {}_params_{precision} *params", kernel.name));
+    }
+    arguments.push(format!("{}_out_{precision} *out", kernel.name));
+    let head = format!("void {}_{precision}(", kernel.name);
+    let mut text = head.clone();
+    let mut column = head.len();
+    for (index, argument) in arguments.iter().enumerate() {
+        let last = index + 1 == arguments.len();
+        if index > 0 && column + argument.len() + 2 > 100 {
+            text.push_str(&format!("\n{}", " ".repeat(head.len())));
+            column = head.len();
+        } else if index > 0 {
+            text.push(' ');
+            column += 1;
+        }
+        text.push_str(argument);
+        text.push_str(if last { ")" } else { "," });
+        column += argument.len() + 1;
+    }
+    text
+}
+
+/// The source of a force file.
+pub fn source(file: &File) -> String {
+    let mut text = comment(&file_remark(file), "");
+    text.push_str(&format!("#include \"{}.h\"\n", file.stem));
+    for kernel in &file.kernels {
+        for &precision in &file.precisions {
+            text.push('\n');
+            text.push_str(&definition(kernel, precision));
+        }
+    }
+    text
+}
+
+fn definition(kernel: &Kernel, precision: Precision) -> String {
+    let schedule = &kernel.schedule;
+    let mut remark: Vec<String> = kernel.brief().map(str::to_owned).collect();
+    if !remark.is_empty() {
+        remark.push(String::new());
+    }
+    remark.extend(kernel.summary());
+    let mut text = comment(&remark, "");
+    text.push_str(&format!("{}\n{{\n", prototype(kernel, precision)));
+    let (bodies, parameters) = reads(schedule);
+    for (body, read) in schedule.signature.bodies.iter().zip(bodies) {
+        if !read {
+            text.push_str(&format!("    (void){};\n", body_name(&body.name)));
+        }
+    }
+    if !parameters && !schedule.signature.parameters.is_empty() {
+        text.push_str("    (void)params;\n");
+    }
+    let dialect = C { signature: &schedule.signature, precision };
+    text.push_str(&body(&dialect, schedule, "    "));
+    text.push_str("}\n");
+    text
+}
+
+fn file_remark(file: &File) -> Vec<String> {
+    let mut lines = file.docs.clone();
+    if !lines.is_empty() {
+        lines.push(String::new());
+    }
+    lines.push(format!("Made by forcec from {}.rs; the code is yours.", file.stem));
+    lines
+}
+
+/// A block comment; empty for no lines.
+fn comment(lines: &[String], indent: &str) -> String {
+    if lines.is_empty() {
+        return String::new();
+    }
+    let mut text = format!("{indent}/*\n");
+    for line in lines {
+        let line = escape(line);
+        let line = line.trim_end();
+        let space = if line.is_empty() { "" } else { " " };
+        text.push_str(&format!("{indent} *{space}{line}\n"));
+    }
+    text.push_str(&format!("{indent} */\n"));
+    text
+}
+
+/// Text that can stand in a comment.
+fn escape(text: &str) -> String {
+    text.replace("*/", "* /").replace("/*", "/ *").replace("??/", "? ?/")
+}
+
+fn literal(value: &Exact, precision: Precision) -> String {
+    let suffix = if precision == Precision::F32 { "f" } else { "" };
+    match decimal(value, precision) {
+        Some(decimal) => format!("{decimal}{suffix}"),
+        None if value.is_negative() => format!("-HUGE_VAL{}", suffix.to_uppercase()),
+        None => format!("HUGE_VAL{}", suffix.to_uppercase()),
+    }
+}
+
+/// How C spells statements.
+struct C<'a> {
+    signature: &'a Signature,
+    precision: Precision,
+}
+
+impl C<'_> {
+    fn place(&self, output: Output) -> String {
+        match output.part {
+            Part::Force => format!("out->force[{}]", output.row),
+            part => format!("out->{}[{}][{}]", part.name(), output.row, output.column),
+        }
+    }
+
+    fn declare(&self, variable: &Variable) -> String {
+        let ty = if variable.truth { "int" } else { real(self.precision) };
+        format!("const {ty} {}", variable.name)
+    }
+
+    fn assign(left: &str, value: &str) -> Vec<String> {
+        vec![format!("{left} = {value};")]
+    }
+
+    fn choose(left: &str, [c, x, y]: [&str; 3]) -> Vec<String> {
+        let line = format!("{left} = {c} ? {x} : {y};");
+        if line.len() <= 96 {
+            return vec![line];
+        }
+        vec![format!("{left} ="), format!("    {c}"), format!("        ? {x}"), format!("        : {y};")]
+    }
+}
+
+impl Dialect for C<'_> {
+    fn literal(&self, value: &Exact) -> String {
+        literal(value, self.precision)
+    }
+
+    fn known(&self, value: bool) -> String {
+        u8::from(value).to_string()
+    }
+
+    fn input(&self, slot: Slot) -> String {
+        slot_path(self.signature, slot, "->")
+    }
+
+    fn function(&self, function: Function) -> String {
+        template(function.row().c, function, self.precision)
+    }
+
+    fn define(&self, variable: &Variable, value: &str) -> Vec<String> {
+        C::assign(&self.declare(variable), value)
+    }
+
+    fn store(&self, output: Output, value: &str) -> Vec<String> {
+        C::assign(&self.place(output), value)
+    }
+
+    fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String> {
+        C::choose(&self.declare(variable), select)
+    }
+
+    fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String> {
+        C::choose(&self.place(output), select)
+    }
+
+    fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String> {
+        let zero = self.literal(&Exact::ZERO);
+        let count = rows.len() * columns.len();
+        if count <= 4 && (rows.len() == 1 || columns.len() == 1) {
+            let places = rows.clone().flat_map(|row| columns.clone().map(move |column| (row, column)));
+            let chain: Vec<String> =
+                places.map(|(row, column)| self.place(Output::new(part, row, column))).collect();
+            return C::assign(&chain.join(" = "), &zero);
+        }
+        let each = |index: &str, range: &Range<usize>| {
+            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
+        };
+        let name = part.name();
+        if part == Part::Force {
+            return vec![format!("{} out->{name}[i] = {zero};", each("i", rows))];
+        }
+        if rows.len() == 1 {
+            return vec![format!("{} out->{name}[{}][j] = {zero};", each("j", columns), rows.start)];
+        }
+        vec![each("i", rows), format!("    {} out->{name}[i][j] = {zero};", each("j", columns))]
+    }
+
+    fn remark(&self, text: &str) -> Vec<String> {
+        vec![format!("/* {text} */")]
+    }
+}

@@ -1,0 +1,181 @@
+//! From statements to text.
+//!
+//! In: a [`File`] of scheduled kernels. Out: files of C99 or Rust. A target is a [`Dialect`](crate::schedule::print::Dialect)
+//! for the statements and a frame around them; the layout of every struct comes from the signature, numbers and the
+//! special functions are spelled here for both.
+
+pub mod c;
+mod routine;
+pub mod rust;
+
+use crate::bodies::{
+    Body, BodyKind, BodyRow, Domain, Field, Parameter, ParameterType, Role, Signature, Slot, indices,
+};
+use crate::exact::Exact;
+use crate::kernel::{File, Precision, Target};
+use crate::ops::Function;
+use crate::schedule::print::{self, Dialect};
+use crate::schedule::{Expression, Schedule, Statement};
+
+/// A generated file.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Generated {
+    /// Its name, with extension.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// Every file of a target, in a fixed order.
+pub fn emit(file: &File, target: Target) -> Vec<Generated> {
+    let named = |name: String, text: String| Generated { name, text };
+    match target {
+        Target::C => vec![
+            named(format!("{}.h", file.stem), c::header(file)),
+            named(format!("{}.c", file.stem), c::source(file)),
+            named("forcec.h".to_owned(), c::header_common()),
+        ],
+        Target::Rust => vec![named(format!("{}.rs", file.stem), rust::module(file))],
+    }
+}
+
+/// The shortest decimal that reads back as the nearest number of the precision; `None` where that is infinite.
+fn decimal(value: &Exact, precision: Precision) -> Option<String> {
+    match precision {
+        Precision::F64 => Some(value.to_f64()).filter(|x| x.is_finite()).map(|x| format!("{x:?}")),
+        Precision::F32 => Some(value.to_f32()).filter(|x| x.is_finite()).map(|x| format!("{x:?}")),
+    }
+}
+
+/// A function's template with everything but the arguments filled in.
+fn template(template: &str, function: Function, precision: Precision) -> String {
+    let (lower, upper) = match precision {
+        Precision::F64 => ("", ""),
+        Precision::F32 => ("f", "_F32"),
+    };
+    let order = function.order().map(|n| n.to_string()).unwrap_or_default();
+    template
+        .replace("{p}", precision.name())
+        .replace("{f}", lower)
+        .replace("{F}", upper)
+        .replace("{n}", &order)
+}
+
+/// A parameter's slot as field and indices: `arm_a[2]`, `m[0][1]`.
+fn parameter_path(parameter: &Parameter, slot: Slot) -> String {
+    let mut path = crate::schedule::argument_name(&parameter.name);
+    for index in indices(&parameter.ty.extents(), slot.offset) {
+        path.push_str(&format!("[{index}]"));
+    }
+    path
+}
+
+/// A slot as an expression; `arrow` reaches from an argument to its fields.
+fn slot_path(signature: &Signature, slot: Slot, arrow: &str) -> String {
+    match signature.bodies.get(slot.argument as usize) {
+        Some(body) => {
+            let field = &body.kind.row().fields[slot.field as usize];
+            format!("{}{arrow}{}[{}]", crate::schedule::body_name(&body.name), field.name, slot.offset)
+        }
+        None => {
+            let parameter = signature.parameter(slot).expect("a slot names an argument");
+            format!("params{arrow}{}", parameter_path(parameter, slot))
+        }
+    }
+}
+
+/// The statements, a blank line before every heading but the first.
+fn body(dialect: &dyn Dialect, schedule: &Schedule, indent: &str) -> String {
+    let mut text = String::new();
+    for statement in &schedule.statements {
+        if matches!(statement, Statement::Heading(_)) && !text.is_empty() {
+            text.push('\n');
+        }
+        for line in print::statement(dialect, &schedule.variables, statement) {
+            text.push_str(&format!("{indent}{line}\n"));
+        }
+    }
+    text
+}
+
+/// Which bodies a kernel reads, and whether it reads its parameters.
+fn reads(schedule: &Schedule) -> (Vec<bool>, bool) {
+    let mut bodies = vec![false; schedule.signature.bodies.len()];
+    let mut parameters = false;
+    let mut pending: Vec<&Expression> = Vec::new();
+    for statement in &schedule.statements {
+        if let Statement::Let(_, value) | Statement::Store(_, value) = statement {
+            pending.push(value);
+        }
+        while let Some(expression) = pending.pop() {
+            if let Expression::Input(slot) = expression {
+                match bodies.get_mut(slot.argument as usize) {
+                    Some(read) => *read = true,
+                    None => parameters = true,
+                }
+            }
+            pending.extend(expression.children());
+        }
+    }
+    (bodies, parameters)
+}
+
+/// The body types that some of these signatures use, in the order of the table.
+fn kinds<'a>(signatures: impl Iterator<Item = &'a Signature>) -> Vec<BodyKind> {
+    let mut kinds: Vec<BodyKind> =
+        signatures.flat_map(|signature| signature.bodies.iter().map(|body: &Body| body.kind)).collect();
+    kinds.sort();
+    kinds.dedup();
+    kinds
+}
+
+/// What a stored field of a body is.
+fn field_summary(field: &Field) -> &'static str {
+    match field.role {
+        Role::Position => "position, world frame",
+        Role::Orientation => "unit quaternion x, y, z, w, from body to world frame",
+        Role::Velocity => "velocity, world frame",
+        Role::AngularVelocity => "angular velocity, world frame",
+    }
+}
+
+/// What a parameter is.
+fn parameter_summary(parameter: &Parameter) -> String {
+    fn kind(ty: &ParameterType) -> String {
+        match ty {
+            ParameterType::Real => "real".to_owned(),
+            ParameterType::Vector(n) => format!("vector of {n}"),
+            ParameterType::Matrix(n) => format!("{n} by {n} matrix, row by row"),
+            ParameterType::Quaternion => "quaternion x, y, z, w".to_owned(),
+            ParameterType::Array(n, element) => format!("{n} times: {}", kind(element)),
+        }
+    }
+    let domain = match parameter.domain {
+        Domain::Any => String::new(),
+        Domain::Range(low, high) => format!(", {low} to {high}"),
+        Domain::Unit => ", of length one".to_owned(),
+    };
+    format!("{}{domain}", kind(&parameter.ty))
+}
+
+/// The text with its first letter in upper case and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
+    format!("{first}{}.", letters.as_str())
+}
+
+/// The three arrays of results.
+const PARTS: [(&str, bool, &str); 3] = [
+    ("force", false, "generalised force F, in argument order"),
+    ("dfdx", true, "`dfdx[i][j]` is the derivative of F[i] along pose coordinate j"),
+    ("dfdv", true, "`dfdv[i][j]` is the derivative of F[i] by velocity coordinate j"),
+];
+
+/// A body type's name in Rust.
+fn rust_body(row: &BodyRow, precision: Precision) -> String {
+    match precision {
+        Precision::F64 => row.name.to_owned(),
+        Precision::F32 => format!("{}F32", row.name),
+    }
+}

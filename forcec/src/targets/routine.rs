@@ -1,0 +1,225 @@
+//! The special functions as statements, recorded from the very code that evaluates them.
+//!
+//! In: a function of a family and a precision. Out: a [`Routine`]: its arguments, when its series serves, and the
+//! statements of both ways. Coefficients that vanish in the precision leave the series.
+
+use crate::exact::Exact;
+use crate::kernel::Precision;
+use crate::number::Arithmetic;
+use crate::ops::Function;
+use crate::schedule::{Expression, Name, Statement, Variable};
+use crate::special;
+use crate::vector::Comparison;
+use std::cell::RefCell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::rc::Rc;
+
+/// A function of its own in the generated code.
+pub(super) struct Routine {
+    /// What it computes.
+    pub(super) summary: String,
+    /// Its arguments are the first variables.
+    pub(super) arguments: usize,
+    /// Arguments and temporaries of both ways.
+    pub(super) variables: Vec<Variable>,
+    /// When the series serves, and how.
+    pub(super) near: Option<(Expression, Way)>,
+    /// The closed form.
+    pub(super) far: Way,
+}
+
+/// Statements and the result.
+pub(super) type Way = (Vec<Statement>, Expression);
+
+/// The definition of a function of a family; `None` for the functions that the languages have.
+pub(super) fn routine(function: Function, precision: Precision) -> Option<Routine> {
+    match precision {
+        Precision::F64 => record::<false>(function),
+        Precision::F32 => record::<true>(function),
+    }
+}
+
+fn record<const SINGLE: bool>(function: Function) -> Option<Routine> {
+    let below = |x: Expression, y: Expression| Expression::Compare(Comparison::Less, Box::new([x, y]));
+    let recorder = Recorder::default();
+    Some(match function {
+        Function::CosSqrt(order) => {
+            let n = u32::from(order);
+            let [s] = recorder.arguments::<SINGLE, 1>(["s"]);
+            let near = special::cos_sqrt_switch(n).map(|switch| {
+                let condition = below(s.value.clone(), Expression::Literal(switch));
+                (condition, recorder.way(|| special::cos_sqrt_near(n, s.clone())))
+            });
+            let far = recorder.way(|| special::cos_sqrt_far(n, s));
+            let summary = format!("{}cos sqrt(s), s >= 0", derivative(n, "s"));
+            Routine { summary, arguments: 1, variables: recorder.variables.take(), near, far }
+        }
+        Function::AngleRatio(order) => {
+            let n = u32::from(order);
+            let [m, w] = recorder.arguments::<SINGLE, 2>(["m", "w"]);
+            let switch = Expression::Literal(special::angle_ratio_switch());
+            let bound = Expression::Quotient(vec![switch, w.value.clone(), w.value.clone()], vec![]);
+            let zero = Expression::Literal(Exact::ZERO);
+            let condition =
+                Expression::And(Box::new([below(zero, w.value.clone()), below(m.value.clone(), bound)]));
+            let near = recorder.way(|| special::angle_ratio_near(n, m.clone(), w.clone()));
+            let far = recorder.way(|| special::angle_ratio_far(n, m, w));
+            let summary = format!("{}atan2(sqrt(m), w) / sqrt(m), m >= 0", derivative(n, "m"));
+            Routine {
+                summary,
+                arguments: 2,
+                variables: recorder.variables.take(),
+                near: Some((condition, near)),
+                far,
+            }
+        }
+        _ => return None,
+    })
+}
+
+fn derivative(n: u32, by: &str) -> String {
+    match n {
+        0 => String::new(),
+        1 => format!("d/d{by} "),
+        _ => format!("d^{n}/d{by}^{n} "),
+    }
+}
+
+#[derive(Clone, Default)]
+struct Recorder {
+    variables: Rc<RefCell<Vec<Variable>>>,
+    statements: Rc<RefCell<Vec<Statement>>>,
+}
+
+impl Recorder {
+    fn arguments<const SINGLE: bool, const COUNT: usize>(
+        &self,
+        names: [&str; COUNT],
+    ) -> [Trace<SINGLE>; COUNT] {
+        names.map(|name| Trace { value: Expression::Name(self.variable(name)), recorder: Some(self.clone()) })
+    }
+
+    fn variable(&self, name: &str) -> Name {
+        let mut variables = self.variables.borrow_mut();
+        variables.push(Variable { name: name.to_owned(), truth: false });
+        Name(variables.len() as u32 - 1)
+    }
+
+    fn way<const SINGLE: bool>(&self, compute: impl FnOnce() -> Trace<SINGLE>) -> Way {
+        let result = compute().value;
+        (self.statements.take(), result)
+    }
+}
+
+/// A number that is the expression it was computed by; `SINGLE` rounds constants to `f32`.
+#[derive(Clone)]
+struct Trace<const SINGLE: bool> {
+    value: Expression,
+    recorder: Option<Recorder>,
+}
+
+impl<const SINGLE: bool> Trace<SINGLE> {
+    fn is_zero(&self) -> bool {
+        matches!(&self.value, Expression::Literal(value) if value.is_zero())
+    }
+
+    fn join(self, other: Self, join: impl FnOnce(Expression, Expression) -> Expression) -> Self {
+        Trace { value: join(self.value, other.value), recorder: self.recorder.or(other.recorder) }
+    }
+}
+
+impl<const SINGLE: bool> Arithmetic for Trace<SINGLE> {
+    fn exact(value: &Exact) -> Self {
+        let vanishes = SINGLE && value.to_f32() == 0.0;
+        let value = Expression::Literal(if vanishes { Exact::ZERO } else { value.clone() });
+        Trace { value, recorder: None }
+    }
+
+    fn call(function: Function, arguments: &[Self]) -> Self {
+        let recorder = arguments.iter().find_map(|x| x.recorder.clone());
+        Trace {
+            value: Expression::Call(function, arguments.iter().map(|x| x.value.clone()).collect()),
+            recorder,
+        }
+    }
+
+    fn named(self, name: &str) -> Self {
+        match (&self.recorder, self.value.is_atom()) {
+            (Some(recorder), false) => {
+                let name = recorder.variable(name);
+                recorder.statements.borrow_mut().push(Statement::Let(name, self.value));
+                Trace { value: Expression::Name(name), recorder: self.recorder }
+            }
+            _ => self,
+        }
+    }
+}
+
+impl<const SINGLE: bool> Add for Trace<SINGLE> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        if self.is_zero() {
+            return other;
+        }
+        self.join(other, |x, y| {
+            let mut terms = match x {
+                Expression::Sum(terms) => terms,
+                x => vec![(false, x)],
+            };
+            terms.push(match y {
+                Expression::Literal(value) if value.is_negative() => (true, Expression::Literal(-value)),
+                y => (false, y),
+            });
+            Expression::Sum(terms)
+        })
+    }
+}
+
+impl<const SINGLE: bool> Sub for Trace<SINGLE> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self.join(other, |x, y| Expression::Sum(vec![(false, x), (true, y)]))
+    }
+}
+
+impl<const SINGLE: bool> Mul for Trace<SINGLE> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        if self.is_zero() {
+            return self;
+        }
+        if matches!(&self.value, Expression::Literal(value) if value.is_unit() && value.is_negative()) {
+            return -other;
+        }
+        self.join(other, |x, y| match x {
+            Expression::Quotient(mut over, under) if under.is_empty() => {
+                over.push(y);
+                Expression::Quotient(over, under)
+            }
+            x => Expression::Quotient(vec![x, y], vec![]),
+        })
+    }
+}
+
+impl<const SINGLE: bool> Div for Trace<SINGLE> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        self.join(other, |x, y| {
+            let under = match y {
+                Expression::Quotient(over, under) if under.is_empty() => over,
+                y => vec![y],
+            };
+            match x {
+                Expression::Quotient(over, none) if none.is_empty() => Expression::Quotient(over, under),
+                x => Expression::Quotient(vec![x], under),
+            }
+        })
+    }
+}
+
+impl<const SINGLE: bool> Neg for Trace<SINGLE> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Trace { value: Expression::Negative(Box::new(self.value)), ..self }
+    }
+}

@@ -1,0 +1,379 @@
+//! Rust: one file for a force file, with a module a kernel and precision.
+//!
+//! In: a [`File`]. Out: text that rustc, rustfmt and clippy accept as it stands: no `unsafe`, no silenced lint, every
+//! public item documented. A kernel's module reads bodies through `super` and by index only, so that any struct with
+//! indexable fields serves.
+
+use crate::bodies::{ParameterType, Signature, Slot};
+use crate::exact::Exact;
+use crate::kernel::{File, Kernel, Precision};
+use crate::ops::Function;
+use crate::schedule::print::{self, Dialect};
+use crate::schedule::{Output, Part, Variable, argument_name, body_name};
+use crate::targets::routine::{Routine, Way, routine};
+use crate::targets::{
+    PARTS, body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path,
+    template,
+};
+use std::f64::consts;
+use std::ops::Range;
+
+/// The width rustfmt breaks lines at.
+const WIDTH: usize = 100;
+
+/// The whole file: body types, then the kernels.
+pub fn module(file: &File) -> String {
+    let mut text = String::new();
+    for line in file.docs.iter().map(|line| line.trim_end()) {
+        text.push_str(&format!("{}\n", format!("//! {line}").trim_end()));
+    }
+    if !file.docs.is_empty() {
+        text.push_str("//!\n");
+    }
+    text.push_str(&format!("//! Made by forcec from `{}.rs`; the code is yours.\n", file.stem));
+    for &precision in &file.precisions {
+        for kind in kinds(file.kernels.iter().map(|kernel| &kernel.schedule.signature)) {
+            let row = kind.row();
+            let fields = row.fields.iter().map(|field| {
+                (
+                    field.name.to_owned(),
+                    format!("[{precision}; {}]", field.length),
+                    field_summary(field).to_owned(),
+                )
+            });
+            text.push('\n');
+            text.push_str(&structure(&rust_body(row, precision), row.summary, fields.collect(), true, ""));
+        }
+    }
+    for kernel in &file.kernels {
+        for &precision in &file.precisions {
+            text.push('\n');
+            text.push_str(&kernel_module(kernel, precision));
+        }
+    }
+    text
+}
+
+/// The module of one kernel, which reads its body types through `super`.
+pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
+    let schedule = &kernel.schedule;
+    let signature = &schedule.signature;
+    let mut text = documentation(kernel);
+    let name = match precision {
+        Precision::F64 => kernel.name.clone(),
+        Precision::F32 => format!("{}_f32", kernel.name),
+    };
+    text.push_str(&format!("pub mod {name} {{\n"));
+    text.push_str(&imports(signature, precision));
+    if !signature.parameters.is_empty() {
+        let fields = signature.parameters.iter().map(|parameter| {
+            let ty = array(&parameter.ty, precision);
+            (argument_name(&parameter.name), ty, parameter_summary(parameter))
+        });
+        let short = signature.parameters.iter().all(|p| p.ty.extents().iter().all(|&n| n <= 32));
+        text.push('\n');
+        text.push_str(&structure(
+            "Params",
+            "the parameters, in source order",
+            fields.collect(),
+            short,
+            "    ",
+        ));
+    }
+    let freedoms = signature.freedoms();
+    let fields = PARTS.map(|(part, matrix, summary)| {
+        let row = format!("[{precision}; {freedoms}]");
+        (part.to_owned(), if matrix { format!("[{row}; {freedoms}]") } else { row }, summary.to_owned())
+    });
+    text.push('\n');
+    text.push_str(&structure("Output", "the results", fields.into(), freedoms <= 32, "    "));
+    for function in schedule.families() {
+        let definition = routine(function, precision).expect("a family is defined");
+        text.push('\n');
+        text.push_str(&special(function, &definition, precision));
+    }
+    text.push_str("\n    /// Computes the force and its derivatives; every entry of `out` is written.\n");
+    text.push_str(&evaluate_head(kernel));
+    let dialect = Rust { signature, precision, indent: 8 };
+    text.push_str(&body(&dialect, schedule, "        "));
+    text.push_str("    }\n}\n");
+    text
+}
+
+fn documentation(kernel: &Kernel) -> String {
+    let mut lines: Vec<String> = kernel.docs.clone();
+    if !lines.is_empty() {
+        lines.push(String::new());
+    }
+    lines.push("```text".to_owned());
+    lines.extend(kernel.summary());
+    lines.push("```".to_owned());
+    lines.iter().map(|line| format!("{}\n", format!("/// {line}").trim_end())).collect()
+}
+
+fn imports(signature: &Signature, precision: Precision) -> String {
+    let mut names: Vec<String> = Vec::new();
+    for kind in kinds(std::iter::once(signature)) {
+        let (name, own) = (kind.row().name, rust_body(kind.row(), precision));
+        names.push(if own == name { own } else { format!("{own} as {name}") });
+    }
+    names.sort();
+    match names.as_slice() {
+        [] => String::new(),
+        [single] => format!("    use super::{single};\n"),
+        several => format!("    use super::{{{}}};\n", several.join(", ")),
+    }
+}
+
+/// A documented struct; `derives` says whether the standard library knows the default of its arrays.
+fn structure(
+    name: &str,
+    summary: &str,
+    fields: Vec<(String, String, String)>,
+    derives: bool,
+    indent: &str,
+) -> String {
+    let default = if derives { ", Default" } else { "" };
+    let mut lines = vec![
+        format!("/// {}", sentence(summary)),
+        "#[repr(C)]".to_owned(),
+        format!("#[derive(Clone, Copy, Debug{default}, PartialEq)]"),
+        format!("pub struct {name} {{"),
+    ];
+    for (field, ty, summary) in &fields {
+        lines.push(format!("    /// {}", sentence(summary)));
+        lines.push(format!("    pub {field}: {ty},"));
+    }
+    lines.push("}".to_owned());
+    if !derives {
+        lines.extend(["", &format!("impl Default for {name} {{")].map(str::to_owned));
+        lines.extend(["    fn default() -> Self {", "        Self {"].map(str::to_owned));
+        for (field, ty, _) in &fields {
+            let zero = ty.replace("f64", "0.0").replace("f32", "0.0");
+            lines.push(format!("            {field}: {zero},"));
+        }
+        lines.extend(["        }", "    }", "}"].map(str::to_owned));
+    }
+    lines
+        .iter()
+        .map(|line| if line.is_empty() { "\n".to_owned() } else { format!("{indent}{line}\n") })
+        .collect()
+}
+
+fn array(ty: &ParameterType, precision: Precision) -> String {
+    ty.extents().iter().rev().fold(precision.name().to_owned(), |inner, n| format!("[{inner}; {n}]"))
+}
+
+fn evaluate_head(kernel: &Kernel) -> String {
+    let signature = &kernel.schedule.signature;
+    let (bodies, parameters) = reads(&kernel.schedule);
+    let unused = |read: bool| if read { "" } else { "_" };
+    let mut arguments: Vec<String> = Vec::new();
+    for (body, read) in signature.bodies.iter().zip(bodies) {
+        arguments.push(format!("{}{}: &{}", unused(read), body_name(&body.name), body.kind.row().name));
+    }
+    if !signature.parameters.is_empty() {
+        arguments.push(format!("{}params: &Params", unused(parameters)));
+    }
+    arguments.push("out: &mut Output".to_owned());
+    let line = format!("    pub fn evaluate({}) {{", arguments.join(", "));
+    if line.len() <= WIDTH {
+        return format!("{line}\n");
+    }
+    let arguments: String = arguments.iter().map(|argument| format!("        {argument},\n")).collect();
+    format!("    pub fn evaluate(\n{arguments}    ) {{\n")
+}
+
+/// The definition of a special function.
+fn special(function: Function, routine: &Routine, precision: Precision) -> String {
+    let empty = Signature::default();
+    let name = template(function.row().rust, function, precision);
+    let name = name.split('(').next().unwrap_or_default();
+    let arguments: Vec<String> =
+        routine.variables[..routine.arguments].iter().map(|v| format!("{}: {precision}", v.name)).collect();
+    let mut text = format!("    /// {}\n", sentence(&routine.summary));
+    text.push_str(&format!("    fn {name}({}) -> {precision} {{\n", arguments.join(", ")));
+    let write = |text: &mut String, (statements, result): &Way, indent: usize, end: [&str; 2]| {
+        let dialect = Rust { signature: &empty, precision, indent };
+        let space = " ".repeat(indent);
+        for statement in statements {
+            for line in print::statement(&dialect, &routine.variables, statement) {
+                text.push_str(&format!("{space}{line}\n"));
+            }
+        }
+        let result = print::expression(&dialect, &routine.variables, result);
+        text.push_str(&format!("{space}{}{result}{}\n", end[0], end[1]));
+    };
+    if let Some((condition, near)) = &routine.near {
+        let dialect = Rust { signature: &empty, precision, indent: 8 };
+        let condition = print::expression(&dialect, &routine.variables, condition);
+        text.push_str(&format!("        if {condition} {{\n"));
+        write(&mut text, near, 12, ["return ", ";"]);
+        text.push_str("        }\n");
+    }
+    write(&mut text, &routine.far, 8, ["", ""]);
+    text.push_str("    }\n");
+    text
+}
+
+/// The constants of the standard library.
+const CONSTANTS: [(f64, &str); 19] = [
+    (consts::E, "E"),
+    (consts::FRAC_1_PI, "FRAC_1_PI"),
+    (consts::FRAC_1_SQRT_2, "FRAC_1_SQRT_2"),
+    (consts::FRAC_2_PI, "FRAC_2_PI"),
+    (consts::FRAC_2_SQRT_PI, "FRAC_2_SQRT_PI"),
+    (consts::FRAC_PI_2, "FRAC_PI_2"),
+    (consts::FRAC_PI_3, "FRAC_PI_3"),
+    (consts::FRAC_PI_4, "FRAC_PI_4"),
+    (consts::FRAC_PI_6, "FRAC_PI_6"),
+    (consts::FRAC_PI_8, "FRAC_PI_8"),
+    (consts::LN_2, "LN_2"),
+    (consts::LN_10, "LN_10"),
+    (consts::LOG10_2, "LOG10_2"),
+    (consts::LOG2_10, "LOG2_10"),
+    (consts::LOG10_E, "LOG10_E"),
+    (consts::LOG2_E, "LOG2_E"),
+    (consts::PI, "PI"),
+    (consts::SQRT_2, "SQRT_2"),
+    (consts::TAU, "TAU"),
+];
+
+/// Further numbers that clippy wants written as constants.
+const FURTHER: [f64; 2] = [1.618_033_988_749_895, 0.577_215_664_901_532_9];
+
+/// A positive number. One that clippy would take for a constant is that constant, or else its bits.
+fn positive(value: &Exact, precision: Precision) -> String {
+    let Some(text) = decimal(value, precision) else {
+        return format!("{precision}::INFINITY");
+    };
+    let nearest = |constant: f64| Exact::from_f64(constant).and_then(|exact| decimal(&exact, precision));
+    if let Some((_, name)) = CONSTANTS.iter().find(|(constant, _)| nearest(*constant).as_ref() == Some(&text))
+    {
+        return format!("core::{precision}::consts::{name}");
+    }
+    let digits = text.len().saturating_sub(2);
+    let alike =
+        |constant: f64| constant.to_string().starts_with(&text) || format!("{constant:.digits$}") == text;
+    let known = CONSTANTS.iter().map(|(constant, _)| *constant).chain(FURTHER);
+    if text.len() > 3 && known.into_iter().any(alike) {
+        return match precision {
+            Precision::F64 => format!("f64::from_bits({:#x})", value.to_f64().to_bits()),
+            Precision::F32 => format!("f32::from_bits({:#x})", value.to_f32().to_bits()),
+        };
+    }
+    text
+}
+
+/// How Rust spells statements, as rustfmt would set them at this indentation.
+struct Rust<'a> {
+    signature: &'a Signature,
+    precision: Precision,
+    indent: usize,
+}
+
+impl Rust<'_> {
+    fn place(&self, output: Output) -> String {
+        match output.part {
+            Part::Force => format!("out.force[{}]", output.row),
+            part => format!("out.{}[{}][{}]", part.name(), output.row, output.column),
+        }
+    }
+
+    fn assign(&self, left: &str, value: &str) -> Vec<String> {
+        let line = format!("{left} = {value};");
+        if self.indent + line.len() <= WIDTH {
+            return vec![line];
+        }
+        vec![format!("{left} ="), format!("    {value};")]
+    }
+
+    fn choose(&self, left: &str, [c, x, y]: [&str; 3]) -> Vec<String> {
+        /// rustfmt's `single_line_if_else_max_width`.
+        const SINGLE_LINE: usize = 50;
+        let value = format!("if {c} {{ {x} }} else {{ {y} }}");
+        if value.len() <= SINGLE_LINE {
+            return self.assign(left, &value);
+        }
+        vec![
+            format!("{left} = if {c} {{"),
+            format!("    {x}"),
+            "} else {".to_owned(),
+            format!("    {y}"),
+            "};".to_owned(),
+        ]
+    }
+}
+
+impl Dialect for Rust<'_> {
+    fn literal(&self, value: &Exact) -> String {
+        let size = positive(&value.abs(), self.precision);
+        if value.is_negative() { format!("-{size}") } else { size }
+    }
+
+    fn receiver(&self, value: &Exact) -> String {
+        let text = self.literal(value);
+        if text.contains("::") { text } else { format!("{text}_{}", self.precision) }
+    }
+
+    fn known(&self, value: bool) -> String {
+        value.to_string()
+    }
+
+    fn input(&self, slot: Slot) -> String {
+        slot_path(self.signature, slot, ".")
+    }
+
+    fn function(&self, function: Function) -> String {
+        template(function.row().rust, function, self.precision)
+    }
+
+    fn define(&self, variable: &Variable, value: &str) -> Vec<String> {
+        self.assign(&format!("let {}", variable.name), value)
+    }
+
+    fn store(&self, output: Output, value: &str) -> Vec<String> {
+        self.assign(&self.place(output), value)
+    }
+
+    fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String> {
+        self.choose(&format!("let {}", variable.name), select)
+    }
+
+    fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String> {
+        self.choose(&self.place(output), select)
+    }
+
+    fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String> {
+        let count = self.signature.freedoms();
+        let all = |range: &Range<usize>| range.len() == count;
+        let name = part.name();
+        // An entry, some entries or all entries of a place of `count` reals become zero.
+        let fill = |place: &str, whole: &str, range: &Range<usize>| match range.len() {
+            _ if all(range) && count > 1 => format!("{whole} = [0.0; {count}];"),
+            1 => format!("{place}[{}] = 0.0;", range.start),
+            _ => format!("{place}[{}..{}].fill(0.0);", range.start, range.end),
+        };
+        if part == Part::Force {
+            let place = format!("out.{name}");
+            return vec![fill(&place, &place, rows)];
+        }
+        if all(rows) && all(columns) {
+            return vec![format!("out.{name} = [[0.0; {count}]; {count}];")];
+        }
+        if rows.len() == 1 {
+            let place = format!("out.{name}[{}]", rows.start);
+            return vec![fill(&place, &place, columns)];
+        }
+        let range = if all(rows) { String::new() } else { format!("[{}..{}]", rows.start, rows.end) };
+        vec![
+            format!("for row in &mut out.{name}{range} {{"),
+            format!("    {}", fill("row", "*row", columns)),
+            "}".to_owned(),
+        ]
+    }
+
+    fn remark(&self, text: &str) -> Vec<String> {
+        vec![format!("// {text}")]
+    }
+}
