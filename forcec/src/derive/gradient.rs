@@ -270,11 +270,5 @@ fn turn_adjoint(
 /// (D v)ᵀ x
 fn transpose_times(lie: &mut Lie, v: Vector, variable: Variable, x: Vector) -> Vector {
     let matrix = lie.matrix(v, variable);
-    let g = &mut lie.graph;
-    let mut terms = vec![(Exact::ONE, g.scale(matrix.identity, x)), (Exact::ONE, g.cross(x, matrix.skew))];
-    for &(left, right) in &matrix.outer {
-        let along = g.dot(left, x);
-        terms.push((Exact::ONE, g.scale(along, right)));
-    }
-    g.vector_sum(terms)
+    matrix.transpose_times(&mut lie.graph, x)
 }
