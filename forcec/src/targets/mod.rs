@@ -168,8 +168,8 @@ fn sentence(text: &str) -> String {
 /// The three arrays of results.
 const PARTS: [(&str, bool, &str); 3] = [
     ("force", false, "generalised force F, in argument order"),
-    ("dfdx", true, "`dfdx[i][j]` is the derivative of F[i] along pose coordinate j"),
-    ("dfdv", true, "`dfdv[i][j]` is the derivative of F[i] by velocity coordinate j"),
+    ("dfdx", true, "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j"),
+    ("dfdv", true, "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j"),
 ];
 
 /// A body type's name in Rust.
