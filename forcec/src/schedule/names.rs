@@ -92,7 +92,7 @@ fn plain(name: &str, lower: bool) -> String {
 const LONGEST: usize = 27;
 
 /// The longest stem of a numbered name.
-const LONGEST_STEM: usize = 17;
+const LONGEST_STEM: usize = 22;
 
 /// A temporary's name without double or outer underscores, and short enough.
 fn tidy(name: &str) -> String {
@@ -170,15 +170,15 @@ impl Taken {
 /// What an output is called: `force_a_x`, `dfdx_a_ry_b_x`; by numbers where the bodies' names are long.
 pub(super) fn output_name(signature: &Signature, output: Output) -> String {
     let part = output.part.name();
-    let short = signature.bodies.iter().all(|body| body.name.len() <= 6);
-    let names = signature.coordinate_names();
-    let coordinate = |index: usize| match short {
-        true => names[index].replace(".", "_"),
-        false => index.to_string(),
+    let coordinates = signature.coordinate_names();
+    let name = match output.part {
+        Part::Force => format!("{part}_{}", coordinates[output.row]),
+        _ => format!("{part}_{}_{}", coordinates[output.row], coordinates[output.column]),
     };
     match output.part {
-        Part::Force => format!("{part}_{}", coordinate(output.row)),
-        _ => format!("{part}_{}_{}", coordinate(output.row), coordinate(output.column)),
+        _ if name.len() <= LONGEST_STEM => name.replace('.', "_"),
+        Part::Force => format!("{part}_{}", output.row),
+        _ => format!("{part}_{}_{}", output.row, output.column),
     }
 }
 

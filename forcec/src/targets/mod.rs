@@ -1,7 +1,7 @@
 //! From statements to text.
 //!
-//! In: a [`File`] of scheduled kernels. Out: files of C99 or Rust. A target is a [`Dialect`](crate::schedule::print::Dialect)
-//! for the statements and a frame around them; the layout of every struct comes from the signature, numbers and the
+//! In: a [`File`] of scheduled kernels. Out: files of C99 or Rust. A target is a [`Dialect`] for the statements and a
+//! frame around them; the layout of every struct comes from the signature, numbers and the
 //! special functions are spelled here for both.
 
 pub mod c;
