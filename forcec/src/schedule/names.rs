@@ -92,7 +92,7 @@ fn plain(name: &str, lower: bool) -> String {
 const LONGEST: usize = 27;
 
 /// The longest stem of a numbered name.
-const LONGEST_STEM: usize = 22;
+const LONGEST_STEM: usize = 18;
 
 /// A temporary's name without double or outer underscores, and short enough.
 fn tidy(name: &str) -> String {
