@@ -29,7 +29,7 @@ fn kernel(bencher: Bencher<'_, '_>, name: &str) {
 }
 
 /// Made-up kernels: links of a chain, about as many nodes as the name says.
-#[divan::bench(args = [("1e4", 60), ("1e5", 600)], sample_count = 5, sample_size = 1)]
+#[divan::bench(args = [("1e4", 220), ("1e5", 2200)], sample_count = 5, sample_size = 1)]
 fn chain_of_helpers(bencher: Bencher<'_, '_>, (_, links): (&str, usize)) {
     let source = chain(links);
     bencher.bench(|| compile_all(&source));

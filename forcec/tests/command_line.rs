@@ -407,7 +407,7 @@ fn show_prints_each_stage_of_one_function() {
         assert!(text.ends_with('\n') && text.len() > 10, "{stage}: {text}");
         assert!(!text.contains("spring") && !text.contains("other"), "{stage}: {text}");
     }
-    assert_has(&place.succeeds("show f other --stage ast").out, &["fn other"]);
+    assert_has(&place.succeeds("show f other --stage ast").out, &["energy other"]);
 }
 
 #[test]

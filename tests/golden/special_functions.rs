@@ -1,5 +1,5 @@
 // stages: graph, schedule, c, rust
-#[constraint]
-pub fn turn(a: Rigid) -> Vec3 {
-    a.orientation.scaled_axis()
+#[energy]
+pub fn lean(p: Particle, turn: Vec3) -> Real {
+    (Quat::from_scaled_axis(turn) * p.position).x
 }

@@ -105,13 +105,13 @@ fn by_tokens(random: &mut Random, text: &str, other: &str) -> String {
         let at = random.below(tokens.len());
         match random.below(6) {
             0 => drop(tokens.remove(at)),
-            1 => tokens.insert(at, *random.pick(&WORDS)),
-            2 => tokens[at] = random.pick(&WORDS),
+            1 => tokens.insert(at, *random.pick::<&str>(&WORDS)),
+            2 => tokens[at] = *random.pick::<&str>(&WORDS),
             3 => {
                 let with = random.below(tokens.len());
                 tokens.swap(at, with);
             }
-            4 => tokens[at] = random.pick(&others),
+            4 => tokens[at] = *random.pick::<&str>(&others),
             _ => {
                 // A word in the place of a word: the likeliest to be understood.
                 let word = |token: &&str| token.starts_with(char::is_alphabetic);
