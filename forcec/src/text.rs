@@ -108,6 +108,7 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
     for (.., matrix) in &blocks {
         roots.extend([matrix.identity.0, matrix.skew.0]);
         roots.extend(matrix.outer.iter().flat_map(|(u, v)| [u.0, v.0]));
+        roots.extend(matrix.turned.iter().flat_map(|turned| [turned.identity.0, turned.skew.0]));
     }
     roots.sort_unstable();
     roots.dedup();

@@ -429,6 +429,23 @@ fn whole_program() {
     assert_eq!(warnings, [] as [&str; 0]);
 }
 
+#[test]
+fn forces_on_one_body() {
+    let numbers = agreed(
+        "#[force]\nfn wind(p: Particle, v: Vec3, k: Real) -> Vec3 { k * (v - p.velocity) }\n\
+         #[force]\nfn spin(a: Rigid, k: Real) -> Wrench { Wrench { force: Vec3::zeros(), torque: -k * a.angular_velocity } }\n\
+         #[force]\nfn one(a: Rigid, k: Real) -> (Wrench,) { (Wrench { force: k * a.velocity, torque: Vec3::z() },) }\n",
+    );
+    assert_eq!(numbers.iter().map(Vec::len).collect::<Vec<_>>(), [3, 6, 6]);
+}
+
+#[test]
+fn a_module_of_forces_is_read_in_place() {
+    let text = "//! Docs.\nuse a::b;\n#[forces]\npub mod joints {\n    use super::*;\n    #[energy]\n    fn f(a: Particle) -> Real { a.position.x }\n}\n";
+    let (file, checked) = accepted(text);
+    assert_eq!((file.docs, checked.definitions[0].name.as_str()), (vec!["Docs.".to_owned()], "f"));
+}
+
 // ---- warnings
 
 /// The messages of the warnings of an energy with this body.
@@ -565,8 +582,11 @@ fn deep_and_long_inputs() {
     assert!(!survives(&"(".repeat(100_000)));
     assert!(!survives(&energy(&format!("{}x{}", "(".repeat(100_000), ")".repeat(100_000)))));
     assert!(!survives(&energy(&format!("{}x", "-".repeat(100_000)))));
-    assert!(survives(&energy(&format!("{}x", "-".repeat(30_000)))));
-    assert!(survives(&energy(&format!("{}x", "& ".repeat(30_000)))));
+    assert!(survives(&energy(&format!("{}x", "-".repeat(1500)))));
+    assert!(survives(&energy(&format!("{}x", "& ".repeat(1500)))));
+    assert!(!survives(&energy(&format!("x as {}Real", "&".repeat(39_000)))));
+    assert!(!survives(&energy(&format!("{}x", "<".repeat(39_000)))));
+    assert!(!survives(&energy(&format!("x as {}Real", "*const ".repeat(19_000)))));
     assert!(survives(&energy(&format!("{}x", "1.0 + ".repeat(15_000)))));
     let chain: String = (1..5000).map(|i| format!("else if x < {i}.0 {{ {i}.5 }} ")).collect();
     assert!(survives(&energy(&format!("if x < 0.0 {{ 0.5 }} {chain} else {{ 1.0 }}"))));
@@ -577,6 +597,12 @@ fn deep_and_long_inputs() {
     assert!(!survives(&energy("let mut s = 0.0; for i in 0..1_000_000_000 { s += x; } s")));
     assert!(!survives(&energy("let mut s = 0.0; for i in 0..10_000 { for j in 0..10_000 { s += x; } } s")));
     assert!(!survives(&energy("let a = [x; 1_000_000_000]; a[0]")));
+    assert!(!survives(&format!(
+        "#[energy]\nfn f(_a: Particle, x: {}Real{}) -> Real {{ 1.0 }}\n",
+        "[".repeat(250),
+        "; 2]".repeat(250)
+    )));
+    assert!(!survives(&format!("fn f(x: {}Real) -> Real {{ 1.0 }}\n", "&'a ".repeat(13_000))));
     let doubled: String = (1..60).map(|i| format!("let t{i} = (t{0}, t{0});", i - 1)).collect();
     assert!(!survives(&energy(&format!("let t0 = x; {doubled} x"))));
     let helpers: String =

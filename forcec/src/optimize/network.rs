@@ -6,7 +6,7 @@
 //! leaves.
 
 use crate::exact::Exact;
-use crate::scalar::{Graph, Id, Node, Program};
+use crate::scalar::{Graph, Id, Node, Operations, Program};
 use indexmap::IndexSet;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 use std::collections::BTreeMap;
@@ -361,6 +361,24 @@ impl Network {
             },
             _ => None,
         }
+    }
+
+    /// The operations of every live atom.
+    pub fn operations(&self) -> Operations {
+        let mut total = Operations::default();
+        for atom in self.order() {
+            match &self.values[atom as usize] {
+                Value::Sum(polynomial) => {
+                    total.add += polynomial.len().saturating_sub(1);
+                    let degrees = polynomial.keys().map(|m| self.monomials.degree(*m).saturating_sub(1));
+                    total.mul += degrees.sum::<usize>();
+                    total.neg += usize::from(polynomial.values().all(Exact::is_negative));
+                }
+                Value::Leaf(id) | Value::Operation(id, _) => total += self.source.graph.cost(*id),
+                Value::Number(_) | Value::Dead => {}
+            }
+        }
+        total
     }
 
     /// Writes the network back as a program.

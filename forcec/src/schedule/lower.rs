@@ -255,6 +255,7 @@ impl Lowering<'_> {
             }
             Node::Select(c, x, y) => Item::Select(self.item(*c), self.edge(*x), self.edge(*y)),
             Node::Known(value) => Item::Known(*value),
+            Node::Compare(comparison, x, y) if x == y => Item::Known(*comparison != Comparison::Less),
             Node::Compare(comparison, x, y) => Item::Compare(*comparison, self.edge(*x), self.edge(*y)),
             Node::And(a, b) | Node::Or(a, b) => {
                 let (a, b) = (self.item(*a), self.item(*b));

@@ -11,6 +11,8 @@ use crate::span::{Source, Span};
 pub struct File {
     /// The text the spans point into.
     pub source: Source,
+    /// Its `//!` comment, a line each, without the leading space.
+    pub docs: Vec<String>,
     /// The functions, helpers included, in source order.
     pub functions: Vec<Function>,
     /// The constants, in source order.

@@ -82,7 +82,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
         array,
         entries: 0,
         failures: 0,
-        relative: 0.0,
+        relative: Family::ALL.map(|family| (family, 0.0)).to_vec(),
         worst: None,
         sharp: 0,
     });
@@ -99,7 +99,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     let mut coverage: Vec<Coverage> = Vec::new();
     for family in Family::ALL {
         let mut states = Coverage { family, checked: 0, singular: 0, active: 0 };
-        checker.family(&mut states, options.states, options);
+        checker.family(&mut states, options.states, 0, options);
         coverage.push(states);
     }
     // What uncovered families leave out, random states make up for.
@@ -107,7 +107,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     let checked: usize = coverage.iter().map(|c| c.checked).sum();
     let random = &mut coverage[Family::Random as usize];
     if checked < least && random.is_covered() {
-        checker.family(random, options.states + least - checked, options);
+        checker.family(random, options.states + least - checked, 1 << 20, options);
     }
     checker.report(subject, options, coverage)
 }
@@ -160,14 +160,14 @@ pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
 }
 
 impl<'a> Checker<'a> {
-    /// Checks states of a family until so many are regular, or nine in ten are singular.
-    fn family(&mut self, coverage: &mut Coverage, states: usize, options: &CheckOptions) {
+    /// Checks states of a family until so many are regular, or nine in ten are singular; draws count from `number`.
+    fn family(&mut self, coverage: &mut Coverage, states: usize, number: u64, options: &CheckOptions) {
         let family = coverage.family;
         let mut passive = 0;
-        let mut number = coverage.checked + coverage.singular;
+        let mut number = number;
         while coverage.checked < states && coverage.checked + coverage.singular < 10 * states {
             number += 1;
-            let mut random = Random::new(seed(options.seed, family, number as u64));
+            let mut random = Random::new(seed(options.seed, family, number));
             let index = coverage.checked;
             let state = draw(self.layout, self.oracle.is_constraint(), family, index, &mut random);
             let full = index < FULL_STATES || self.oracle.cost() * (6 * options.states as u64) <= BUDGET;
@@ -176,7 +176,7 @@ impl<'a> Checker<'a> {
                 continue;
             };
             let pushes = point.pushes();
-            if !pushes && index % 2 == 0 && passive < PASSIVE_DRAWS * states {
+            if !pushes && index.is_multiple_of(2) && passive < PASSIVE_DRAWS * states {
                 passive += 1;
                 continue;
             }
@@ -283,7 +283,8 @@ impl<'a> Checker<'a> {
                 }
                 let tolerance = computed.error * 1.001 + slack;
                 widest = widest.max(tolerance);
-                let fails = !(error <= tolerance);
+                // A kernel that returns no number has an infinite bound as well.
+                let fails = error.is_infinite() || error > tolerance;
                 let relative = match largest {
                     _ if error <= slack => 0.0,
                     0.0 => f64::INFINITY,
@@ -304,7 +305,8 @@ impl<'a> Checker<'a> {
                 let comparison = &mut self.comparisons[array as usize];
                 comparison.entries += 1;
                 comparison.failures += usize::from(fails);
-                comparison.relative = comparison.relative.max(relative);
+                let of_family = &mut comparison.relative[family as usize].1;
+                *of_family = of_family.max(relative);
                 if entry.is_some() {
                     comparison.worst = entry;
                 }
