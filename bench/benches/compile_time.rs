@@ -8,7 +8,7 @@ fn main() {
     divan::main();
 }
 
-/// Every file of the library, front to C text.
+/// Every file of the library, from text to statements.
 #[divan::bench]
 fn whole_library(bencher: Bencher<'_, '_>) {
     let sources = library();
@@ -16,8 +16,7 @@ fn whole_library(bencher: Bencher<'_, '_>) {
 }
 
 fn kernels() -> Vec<String> {
-    let names = library().iter().flat_map(|source| compile_all(source).names).collect();
-    names
+    library().iter().flat_map(|source| compile_all(source).names).collect()
 }
 
 /// One kernel of the library with the front end on the file it stands in.
