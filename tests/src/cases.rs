@@ -1,0 +1,146 @@
+//! States with what a kernel must answer there, and how far an answer is off.
+//!
+//! In: a compiled force function. Out: states of order one from the check's own generator: random ones, at rest, and with
+//! identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit arithmetic.
+
+use forcec::compile::Stages;
+use forcec::kernel::Precision;
+use forcec::verify::probe::Probe;
+use forcec::verify::{Array, Family, Inputs, Subject};
+
+/// States a kernel and precision.
+pub const STATES: usize = 20;
+
+/// The seed of all states.
+const SEED: u64 = 7;
+
+/// Draws of a one-sided constraint before a state at which nothing pushes is taken.
+const PASSIVE_DRAWS: usize = 40;
+
+/// The oracle's work a kernel, in additions of 320 bits, beyond which the program in 320 bits stands in for the source.
+const BUDGET: u64 = 10_000_000;
+
+/// One state and the answer.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What kind of state it is.
+    pub family: Family,
+    /// The arguments in memory order.
+    pub inputs: Vec<f64>,
+    /// The outputs in memory order.
+    pub expected: Vec<f64>,
+    /// How far rounding in doubles may take each output.
+    pub bounds: Vec<f64>,
+}
+
+/// What the expected outputs are taken from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Reference {
+    /// The source as written, differentiated by differences in 320 bits.
+    Source,
+    /// The program, which checks compare with the source elsewhere, in 320 bits.
+    Program,
+}
+
+/// [`STATES`] states of a kernel. In single precision the inputs are rounded to floats first, and since a rounded quaternion
+/// is off length one by what derivatives may ignore, the answer is the program's.
+pub fn cases(function: &Stages, precision: Precision, reference: Reference) -> Vec<Case> {
+    let subject = Subject { source: &function.source, program: &function.program };
+    let probe = Probe::new(&subject);
+    let dear = probe.cost() * STATES as u64 > BUDGET;
+    let mut cases = Vec::new();
+    let mut draws = 0;
+    let mut passive = 0;
+    while cases.len() < STATES {
+        let mut family = Family::ALL[[0, 0, 1, 2][cases.len() % 4]];
+        if draws > 20 * STATES {
+            // A function may be singular wherever nothing moves, or wherever nothing is turned.
+            family = Family::Random;
+        }
+        assert!(draws < 60 * STATES + PASSIVE_DRAWS * STATES, "{}: no regular states", function.definition.name);
+        draws += 1;
+        let mut inputs = probe.draw(family, SEED, draws);
+        let expected = match precision {
+            // Where the source is dear, a few states are still its own.
+            Precision::F64 if reference == Reference::Source && (!dear || cases.len() < 3) => {
+                let Some(truth) = probe.truth(&inputs) else { continue };
+                if !truth.pushes && cases.len() % 2 == 0 && passive < PASSIVE_DRAWS * STATES {
+                    passive += 1;
+                    continue;
+                }
+                truth.outputs
+            }
+            Precision::F64 => probe.program(&inputs),
+            Precision::F32 => {
+                inputs.iter_mut().for_each(|x| *x = f64::from(*x as f32));
+                probe.program(&inputs)
+            }
+        };
+        let zero = expected.iter().all(|x| *x == 0.0);
+        if zero && cases.len() % 2 == 0 && passive < PASSIVE_DRAWS * STATES {
+            passive += 1;
+            continue;
+        }
+        if expected.iter().all(|x| x.is_finite()) {
+            cases.push(Case { family, bounds: probe.bounds(&inputs), inputs, expected });
+        }
+    }
+    cases
+}
+
+/// How far one answer is off.
+#[derive(Clone, Debug)]
+pub struct Miss {
+    /// The kernel.
+    pub kernel: String,
+    /// The array.
+    pub array: Array,
+    /// The entry of it that is furthest off.
+    pub entry: String,
+    /// What kind of state it is.
+    pub family: Family,
+    /// What the entry must be.
+    pub expected: f64,
+    /// What it is.
+    pub computed: f64,
+    /// The error relative to the largest entry of the array.
+    pub relative: f64,
+    /// The error relative to what rounding in doubles may do to the entry.
+    pub of_bound: f64,
+    /// The state.
+    pub inputs: Inputs,
+}
+
+/// The entry of each array that is furthest off at one state.
+pub fn misses(function: &Stages, case: &Case, computed: &[f64]) -> Vec<Miss> {
+    assert_eq!(case.expected.len(), computed.len());
+    let subject = Subject { source: &function.source, program: &function.program };
+    let probe = Probe::new(&subject);
+    let mut worst: Vec<Miss> = Vec::new();
+    for array in Array::ALL {
+        let entries: Vec<usize> = (0..computed.len()).filter(|at| probe.name(*at).0 == array).collect();
+        let largest = entries.iter().map(|at| case.expected[*at].abs()).fold(0.0, f64::max);
+        let miss = |at: usize| {
+            let error = (case.expected[at] - computed[at]).abs();
+            let part = |size: f64| match error {
+                0.0 => 0.0,
+                error if error.is_finite() => error / size,
+                _ => f64::INFINITY,
+            };
+            Miss {
+                kernel: function.definition.name.clone(),
+                array,
+                entry: probe.name(at).1,
+                family: case.family,
+                expected: case.expected[at],
+                computed: computed[at],
+                relative: part(largest),
+                of_bound: part(case.bounds[at]),
+                inputs: probe.inputs(&case.inputs),
+            }
+        };
+        let misses = entries.into_iter().map(miss);
+        worst.extend(misses.max_by(|x, y| x.relative.total_cmp(&y.relative)));
+    }
+    worst
+}
