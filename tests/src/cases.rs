@@ -7,6 +7,8 @@ use forcec::compile::Stages;
 use forcec::kernel::Precision;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Array, Family, Inputs, Subject};
+use std::collections::BTreeSet;
+use std::fmt;
 
 /// States a kernel and precision.
 pub const STATES: usize = 20;
@@ -143,4 +145,38 @@ pub fn misses(function: &Stages, case: &Case, computed: &[f64]) -> Vec<Miss> {
         worst.extend(misses.max_by(|x, y| x.relative.total_cmp(&y.relative)));
     }
     worst
+}
+
+/// Prints the worst kernels, and panics if an array is off by more than 1e-13 (doubles) or 1e-5 (floats) of its largest
+/// entry.
+pub fn judge(found: &[(Precision, Miss)]) {
+    let mut failures = 0;
+    for (precision, tolerance) in [(Precision::F64, 1e-13), (Precision::F32, 1e-5)] {
+        let mut here: Vec<&Miss> = found.iter().filter(|(p, _)| *p == precision).map(|(_, m)| m).collect();
+        here.sort_by(|x, y| y.relative.total_cmp(&x.relative));
+        let mut seen = BTreeSet::new();
+        eprintln!("{precision}, {} arrays compared; the worst kernels:", here.len());
+        for miss in here {
+            // A NaN fails.
+            let fails = !(miss.relative <= tolerance);
+            failures += usize::from(fails);
+            if seen.insert(&miss.kernel) && (seen.len() <= 5 || fails) {
+                eprintln!("{miss}");
+                if fails {
+                    eprintln!("{}", miss.inputs);
+                }
+            }
+        }
+    }
+    assert_eq!(failures, 0, "arrays are off by more than 1e-13 (f64) or 1e-5 (f32) of their largest entry");
+}
+
+impl fmt::Display for Miss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:24} {:26} {:9.2e} of the largest, {:8.2e} of the bound, {:e} for {:e} ({})",
+            self.kernel, self.entry, self.relative, self.of_bound, self.computed, self.expected, self.family
+        )
+    }
 }

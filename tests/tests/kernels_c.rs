@@ -5,7 +5,7 @@
 
 use forcec::kernel::{Precision, Target};
 use forcec::targets;
-use forcec_tests::cases::{Miss, Reference, STATES, cases, misses};
+use forcec_tests::cases::{Miss, Reference, STATES, cases, judge, misses};
 use forcec_tests::{ForceFile, driver, folder, library, parallel, pipe, run, unseen};
 use std::time::Instant;
 
@@ -61,25 +61,5 @@ fn kernels_equal_their_mathematics() {
     .into_iter()
     .flatten()
     .collect();
-    let mut failures = 0;
-    for (precision, tolerance) in [(Precision::F64, 1e-13), (Precision::F32, 1e-5)] {
-        let mut here: Vec<&Miss> = found.iter().filter(|(p, _)| *p == precision).map(|(_, m)| m).collect();
-        here.sort_by(|x, y| y.relative.total_cmp(&x.relative));
-        let mut seen = std::collections::BTreeSet::new();
-        eprintln!("{precision}, {} arrays compared; the worst kernels:", here.len());
-        for miss in here {
-            let fails = !(miss.relative <= tolerance);
-            failures += usize::from(fails);
-            if seen.insert(&miss.kernel) && (seen.len() <= 5 || fails) {
-                eprintln!(
-                    "{:24} {:26} {:9.2e} of the largest, {:.2} of the bound, {:e} for {:e} ({})",
-                    miss.kernel, miss.entry, miss.relative, miss.of_bound, miss.computed, miss.expected, miss.family
-                );
-                if fails {
-                    eprintln!("{}", miss.inputs);
-                }
-            }
-        }
-    }
-    assert_eq!(failures, 0, "arrays are off by more than 1e-13 (f64) or 1e-5 (f32) of their largest entry");
+    judge(&found);
 }
