@@ -41,7 +41,7 @@ fn measure(file: &ForceFile, folder: &Path) -> Vec<(Precision, Miss)> {
         for case in cases {
             let (here, rest) = output.split_at(case.expected.len());
             output = rest;
-            found.extend(misses(function, case, here).into_iter().map(|miss| (*precision, miss)));
+            found.extend(misses(function, *precision, case, here).into_iter().map(|miss| (*precision, miss)));
         }
     }
     assert!(output.is_empty(), "{}: the driver writes what was asked for", file.stem);
