@@ -67,6 +67,19 @@ fn units(function: Function) -> f64 {
     }
 }
 
+/// How many units of the last place a function's value may be off at a point. The cosine's family has zeros, and where its
+/// argument's last place matters more than the value's, its root is what cannot be had better.
+fn units_at(function: Function, x: &[f64]) -> f64 {
+    let units = units(function);
+    if !is_family(function) {
+        return units;
+    }
+    let value = probe::value(function, x);
+    let partials = probe::partials(function, x).into_iter().zip(x);
+    let condition: f64 = partials.map(|(partial, x)| (partial.formula * x / value).abs()).sum();
+    units * condition.max(1.0)
+}
+
 /// |x − y| in units of the last place of the expected value.
 fn units_apart(computed: f64, expected: f64) -> f64 {
     if computed == expected {
@@ -82,9 +95,11 @@ fn derivatives_are_what_differences_say() {
         assert!(points.len() >= 5 || function == Function::Pi, "{function:?}: {} points", points.len());
         for x in points {
             for (k, partial) in probe::partials(function, &x).into_iter().enumerate() {
-                let tiny = partial.formula.abs().max(partial.difference.abs()) < 1e-40;
+                let size = partial.formula.abs().max(partial.difference.abs());
+                // Powers leave the range of doubles, and below this differences have no digits left.
+                let beyond = !(1e-40..=1e300).contains(&size);
                 assert!(
-                    partial.apart < 1e-25 || tiny,
+                    partial.apart < 1e-25 || beyond,
                     "∂{}{x:?}/∂{k}: formula `{}` gives {:e}, differences {:e}",
                     function.row().name,
                     function.row().formula,
@@ -107,13 +122,14 @@ fn values_are_good_to_a_few_units() {
                 continue;
             }
             let units = units_apart(computed, expected);
+            // Half a unit more: the expected value is rounded too.
+            let allowed = units_at(function, &x) + 0.5;
+            assert!(units <= allowed, "{function:?}: off by {units} of {allowed} units at {x:?}");
             if units > worst.0 {
                 worst = (units, x);
             }
         }
         eprintln!("{:14} {:.2} units at {:?}", format!("{function:?}"), worst.0, worst.1);
-        // Half a unit more: the expected value is rounded too.
-        assert!(worst.0 <= units(function) + 0.5, "{function:?}: off by {} units at {:?}", worst.0, worst.1);
     }
 }
 
@@ -220,7 +236,7 @@ fn c_and_rust_spell_the_same_function() {
             continue;
         }
         let unit = if precision == Precision::F32 { f64::from(f32::EPSILON) } else { f64::EPSILON };
-        let allowed = (units(function) + 1.0) * unit * expected.abs();
+        let allowed = (units_at(function, &x) + 1.0) * unit * expected.abs();
         assert!((c - expected).abs() <= allowed, "{function:?}{x:?} is {c:e} in C ({precision}), not {expected:e}");
         assert!(
             (rust - c).abs() <= 2.0 * unit * expected.abs(),

@@ -49,6 +49,7 @@ fn both_sides_become_one_node_and_have_one_value() {
         let verbatim = rows(&function("both").source);
         assert_ne!(verbatim[0], verbatim[1], "{name}: the sides are written differently");
         let mut regular = 0;
+        let start = std::time::Instant::now();
         for _ in 0..POINTS.0 {
             // A particle's position and velocity, which nothing reads, then x and y.
             let mut inputs = vec![0.0; 6];
@@ -58,6 +59,7 @@ fn both_sides_become_one_node_and_have_one_value() {
             assert!(apart < 1e-80, "{name}: the sides are {apart:e} apart at {:?}", &inputs[6..]);
             regular += 1;
         }
+        eprintln!("{name}: {regular} points in {:.1?}", start.elapsed());
         assert!(regular >= POINTS.1, "{name}: only {regular} points are regular");
     }
 }
