@@ -219,7 +219,7 @@ fn functions() -> String {
         });
         let title: Vec<String> = ty
             .split(", ")
-            .map(|name| if name.contains(' ') || name == "rotation" { name.to_owned() } else { code(name) })
+            .map(|name| if name.starts_with(char::is_uppercase) { code(name) } else { format!("a {name}") })
             .collect();
         text.push_str(&format!(
             "On {}:\n\n{}\n",
