@@ -181,10 +181,11 @@ impl Builder<'_> {
         let mut above: Option<(usize, Vec<Range<usize>>)> = None;
         for row in 0..=count {
             let runs = if row < count { runs(&zero[row * columns..][..columns]) } else { vec![] };
-            if let Some((first, same)) = above.take_if(|(_, same)| row == count || *same != runs) {
-                if !same.is_empty() {
-                    self.statements.push(Statement::Zero { part, rows: first..row, columns: same });
+            match above.take_if(|(_, same)| row == count || *same != runs) {
+                Some((first, columns)) if !columns.is_empty() => {
+                    self.statements.push(Statement::Zero { part, rows: first..row, columns });
                 }
+                _ => {}
             }
             above.get_or_insert((row, runs));
         }
@@ -334,7 +335,8 @@ impl Builder<'_> {
                 Expression::Select(Box::new([self.value(*condition), self.signed(*x), self.signed(*y)]))
             }
             Item::Compare(comparison, x, y) => {
-                Expression::Compare(*comparison, Box::new([self.signed(*x), self.signed(*y)]))
+                let (x, y) = (self.signed(*x), self.signed(*y));
+                Expression::Compare(*comparison, Box::new(turned(x, y)))
             }
             Item::And(a, b) => Expression::And(self.pair(*a, *b)),
             Item::Or(a, b) => Expression::Or(self.pair(*a, *b)),
@@ -395,6 +397,17 @@ fn free_negative(value: &Expression) -> Option<Expression> {
         }
         _ => None,
     }
+}
+
+/// The sides of a comparison without signs where that is possible: −x < −y is y < x, −x < 0 is 0 < x.
+fn turned(x: Expression, y: Expression) -> [Expression; 2] {
+    let sign = |side: &Expression| match side {
+        Expression::Negative(_) => -1,
+        Expression::Literal(value) if value.is_zero() => 0,
+        Expression::Literal(value) if value.is_negative() => -1,
+        _ => 1,
+    };
+    if sign(&x) + sign(&y) < 0 { [negate(y), negate(x)] } else { [x, y] }
 }
 
 /// A sum whose first term is positive if any can be.

@@ -8,7 +8,7 @@
 use crate::bodies::{Role, Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
-use crate::schedule::lower::{Item, ItemId, Items};
+use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::{Output, Part};
 use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -92,7 +92,7 @@ fn plain(name: &str, lower: bool) -> String {
 const LONGEST: usize = 27;
 
 /// The longest stem of a numbered name.
-const LONGEST_STEM: usize = 17;
+const LONGEST_STEM: usize = 18;
 
 /// A temporary's name without double or outer underscores, and short enough.
 fn tidy(name: &str) -> String {
@@ -170,15 +170,15 @@ impl Taken {
 /// What an output is called: `force_a_x`, `dfdx_a_ry_b_x`; by numbers where the bodies' names are long.
 pub(super) fn output_name(signature: &Signature, output: Output) -> String {
     let part = output.part.name();
-    let short = signature.bodies.iter().all(|body| body.name.len() <= 6);
-    let names = signature.coordinate_names();
-    let coordinate = |index: usize| match short {
-        true => names[index].replace(".", "_"),
-        false => index.to_string(),
+    let coordinates = signature.coordinate_names();
+    let name = match output.part {
+        Part::Force => format!("{part}_{}", coordinates[output.row]),
+        _ => format!("{part}_{}_{}", coordinates[output.row], coordinates[output.column]),
     };
     match output.part {
-        Part::Force => format!("{part}_{}", coordinate(output.row)),
-        _ => format!("{part}_{}_{}", coordinate(output.row), coordinate(output.column)),
+        _ if name.len() <= LONGEST_STEM => name.replace('.', "_"),
+        Part::Force => format!("{part}_{}", output.row),
+        _ => format!("{part}_{}_{}", output.row, output.column),
     }
 }
 
@@ -300,13 +300,56 @@ fn told(
             }
             _ => return None,
         },
-        Item::Compare(Comparison::Less, x, y) if !x.negative && !y.negative => {
-            match &items.items[y.item as usize] {
-                Item::Number(number) if number.is_zero() => format!("{}_negative", base(x.item)?),
-                _ => format!("{}_below_{}", base(x.item)?, base(y.item)?),
+        Item::Compare(Comparison::Less, x, y) => {
+            let zero =
+                |edge: &Edge| matches!(&items.items[edge.item as usize], Item::Number(n) if n.is_zero());
+            match (x.negative, y.negative) {
+                (false, false) if zero(y) => format!("{}_negative", base(x.item)?),
+                (true, false) if zero(y) => format!("{}_positive", base(x.item)?),
+                (false, false) => format!("{}_below_{}", base(x.item)?, base(y.item)?),
+                _ => return None,
             }
         }
         _ => return None,
     };
     (name.len() <= SHORT).then_some(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LONGEST, Taken, argument_name, body_name};
+    use crate::bodies::Signature;
+
+    #[test]
+    fn names_are_plain_unique_and_free() {
+        let mut taken = Taken::by(&Signature::default());
+        for (name, expected) in [
+            ("pa_x", "pa_x"),
+            ("pa_x", "pa_x_2"),
+            ("pa_x_2", "pa_x_2_2"),
+            ("y0", "y0_2"),
+            ("int", "int_2"),
+            ("match", "match_2"),
+            ("sinf", "sinf_2"),
+            ("λ", "lambda"),
+            ("__K__t", "k_t"),
+            ("3d", "x3d"),
+        ] {
+            assert_eq!(taken.claim(name), expected, "{name}");
+        }
+        assert!(taken.claim("a_name_of_more_than_twenty_seven_letters").len() <= LONGEST);
+        assert_eq!(taken.part("pa_x"), "pa_x_p1");
+        assert_eq!(taken.part("pa_x"), "pa_x_p2");
+    }
+
+    #[test]
+    fn arguments_that_collide_get_a_trailing_underscore() {
+        assert_eq!(argument_name("double"), "double_");
+        assert_eq!(argument_name("template"), "template_");
+        assert_eq!(argument_name("params"), "params_");
+        assert_eq!(argument_name("sin"), "sin");
+        assert_eq!(body_name("sin"), "sin_");
+        assert_eq!(body_name("out"), "out_");
+        assert_eq!(body_name("wheel"), "wheel");
+    }
 }

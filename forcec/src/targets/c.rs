@@ -173,7 +173,7 @@ fn prototype(kernel: &Kernel, precision: Precision) -> String {
 
 /// The source of a force file.
 pub fn source(file: &File) -> String {
-    let mut text = comment(&file_remark(file), "");
+    let mut text = comment(&[made(file)], "");
     text.push_str(&format!("#include \"{}.h\"\n", file.stem));
     for kernel in &file.kernels {
         for &precision in &file.precisions {
@@ -213,8 +213,12 @@ fn file_remark(file: &File) -> Vec<String> {
     if !lines.is_empty() {
         lines.push(String::new());
     }
-    lines.push(format!("Made by forcec from {}.rs; the code is yours.", file.stem));
+    lines.push(made(file));
     lines
+}
+
+fn made(file: &File) -> String {
+    format!("Made by forcec from {}.rs; the code is yours.", file.stem)
 }
 
 /// A block comment; empty for no lines.

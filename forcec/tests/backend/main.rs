@@ -365,3 +365,13 @@ fn time_grows_in_proportion_to_the_size() {
         );
     }
 }
+
+#[test]
+fn a_spring_reads_like_this() {
+    let text = schedule(&programs::spring()).to_string();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/backend/spring.schedule");
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    assert_eq!(text, std::fs::read_to_string(path).unwrap(), "UPDATE=1 accepts the new text");
+}
