@@ -822,9 +822,27 @@ impl Graph {
         }
         let rotated = match *self.vector_at(v) {
             Node::Rotate(q, i, inner) if q == quaternion && i != inverse => inner,
-            _ => self.vector(Node::Rotate(quaternion, inverse, v)),
+            _ => {
+                let rotated = self.vector(Node::Rotate(quaternion, inverse, v));
+                self.name_arm(rotated, v);
+                rotated
+            }
         };
         self.vector_sum(vec![(coefficient, rotated)])
+    }
+
+    /// A parameter that is turned into the world is named after itself, so that a person recognises it.
+    fn name_arm(&mut self, rotated: Vector, arm: Vector) {
+        let Node::Rotate(quaternion, false, _) = *self.vector_at(rotated) else { return };
+        let Node::Triple(slot) = *self.vector_at(arm) else { return };
+        if self.signature.role(quaternion).is_none() {
+            return;
+        }
+        if let Some(parameter) = self.signature.parameter(slot) {
+            let number = if slot.offset == 0 { String::new() } else { format!("_{}", slot.offset / 3) };
+            let name = format!("{}_world{number}", parameter.name);
+            self.names.entry(rotated.0).or_insert(name);
+        }
     }
 
     /// The product of stored unit quaternions as (x, y, z) and w; at least one of them.
