@@ -195,6 +195,7 @@ impl fmt::Display for Program {
                         |(x, e): &(scalar::Id, u32)| if *e == 1 { x.to_string() } else { format!("{x}^{e}") };
                     format!("product {}", factors.iter().map(power).collect::<Vec<_>>().join(" "))
                 }
+                scalar::Node::Multiple(c, x) => format!("multiple {c} {x}"),
                 scalar::Node::Recip(x) => format!("recip {x}"),
                 scalar::Node::Call(function, arguments) => {
                     let order = function.order().map_or(String::new(), |n| n.to_string());

@@ -363,6 +363,16 @@ impl Network {
         }
     }
 
+    /// Whether a sum is a number times a product, worth keeping as a value.
+    fn is_multiple(&self, polynomial: &Polynomial) -> bool {
+        let number = |atom: &Atom| matches!(self.values[*atom as usize], Value::Number(_));
+        polynomial.len() == 1
+            && polynomial.keys().all(|monomial| {
+                let atoms = self.monomials.atoms(*monomial);
+                atoms.iter().any(number) && !atoms.iter().all(number)
+            })
+    }
+
     /// The operations of every live atom.
     pub fn operations(&self) -> Operations {
         let mut total = Operations::default();
@@ -394,6 +404,19 @@ impl Network {
                     node => unreachable!("{node:?} is no leaf"),
                 },
                 Value::Number(value) => graph.constant(value.clone()),
+                Value::Sum(polynomial) if self.is_multiple(polynomial) => {
+                    let (monomial, sign) = polynomial.first_key_value().expect("one term");
+                    let mut size = sign.clone();
+                    let mut factors = Vec::new();
+                    for &factor in self.monomials.atoms(*monomial) {
+                        match &self.values[factor as usize] {
+                            Value::Number(number) => size = &size * number,
+                            _ => factors.push((ids[factor as usize].expect("operands come first"), 1)),
+                        }
+                    }
+                    let product = graph.product(&factors);
+                    graph.held_multiple(&size, product)
+                }
                 Value::Sum(polynomial) => {
                     let mut terms = Vec::with_capacity(polynomial.len());
                     for (monomial, coefficient) in polynomial {
@@ -506,6 +529,10 @@ impl Reader<'_> {
                     }
                 }
                 vec![(coefficient, product)]
+            }
+            Node::Multiple(coefficient, x) => {
+                let parts = self.inline(*x, false);
+                parts.into_iter().map(|(c, atoms)| (coefficient * &c, atoms)).collect()
             }
             Node::Input(_) | Node::Difference(..) | Node::Known(_) => {
                 let atom = self.network.define(Value::Leaf(id));

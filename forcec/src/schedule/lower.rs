@@ -232,6 +232,10 @@ impl Lowering<'_> {
         let item = match node {
             Node::Constant(_) => return,
             Node::Sum(constant, terms) if terms.len() == 1 && constant.is_zero() => return,
+            Node::Multiple(c, x) => {
+                let multiple = self.multiple(c, *x).item;
+                return self.place(id, multiple);
+            }
             Node::Recip(_) if self.reads[id.index()] == 1 && self.program.graph.name(id).is_none() => return,
             Node::Recip(x) => return self.recip(id, *x),
             Node::Input(slot) => {

@@ -91,6 +91,9 @@ impl Tape {
                 Node::Product(factors) => {
                     Operation::Product(factors.iter().map(|(x, n)| (at(x), *n)).collect())
                 }
+                Node::Multiple(c, x) => {
+                    Operation::Sum(Coefficient::new(&Exact::ZERO), vec![(Coefficient::new(c), at(x))])
+                }
                 Node::Recip(x) => Operation::Recip(at(x)),
                 Node::Call(function, x) => {
                     tape.partials.entry(*function).or_insert_with(|| Partials::new(*function));
