@@ -52,6 +52,17 @@ fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
         [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
     };
     let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    // The product of stored quaternions.
+    let product = |turn: &[(Slot, bool)]| {
+        turn.iter().fold([0.0, 0.0, 0.0, 1.0], |p: [f64; 4], (slot, inverse)| {
+            let sign = if *inverse { -1.0 } else { 1.0 };
+            let [x, y, z, w] = [0, 1, 2, 3].map(|k| entry(*slot, slot.offset + k));
+            let (u, v) = ([p[0], p[1], p[2]], [sign * x, sign * y, sign * z]);
+            let t = cross(u, v);
+            let [a, b, c] = std::array::from_fn(|k| p[3] * v[k] + w * u[k] + t[k]);
+            [a, b, c, p[3] * w - dot(u, v)]
+        })
+    };
     let mut all: Vec<[f64; 3]> = Vec::new();
     for node in graph.nodes() {
         let real = |x: f64| [x, 0.0, 0.0];
@@ -105,6 +116,8 @@ fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
                 let ut = cross(u, t);
                 std::array::from_fn(|k| v[k] + 2.0 * w * t[k] + 2.0 * ut[k])
             }
+            Node::TurnReal(turn) => real(product(turn)[3]),
+            Node::TurnVector(turn) => std::array::from_fn(|k| product(turn)[k]),
             Node::Pack(entries) => entries.map(|x| at(x.index())[0]),
             Node::Known(b) => truth(*b),
             Node::Compare(c, x, y) => {
@@ -451,7 +464,7 @@ fn a_module_of_forces_is_read_in_place() {
 /// The messages of the warnings of an energy with this body.
 fn warned(domain: &str, body: &str) -> Vec<String> {
     let text = format!(
-        "#[energy]\n{domain}\nfn f(a: Particle, b: Particle, x: Real, y: Real, u: Vec3, m: Mat3) -> Real {{\n    {body}\n}}\n"
+        "#[energy]\n{domain}\nfn f(a: Particle, b: Particle, x: Real, y: Real, u: Vec3, m: Mat3, q: Quat) -> Real {{\n    {body}\n}}\n"
     );
     let (_, checked) = accepted(&text);
     let singular = checked.warnings.iter().filter(|w| !w.message.starts_with("unused"));
@@ -480,6 +493,9 @@ fn warnings_where_a_formula_can_be_singular() {
         "if x > 0.0 { 1.0 / y } else { 0.0 }",
         "if x >= 0.0 { 1.0 / x } else { 0.0 }",
         "1.0 / x.min(y).exp_m1()",
+        "q.angle()",
+        "q.imag().norm()",
+        "(q * q).angle()",
     ] {
         assert!(!warned("", body).is_empty(), "no warning about {body}");
     }

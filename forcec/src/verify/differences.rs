@@ -125,8 +125,8 @@ fn quotients(
     }
     let quotient = |((high, low), noise): ((f64, f64), &f64)| Quotient {
         value: (high - low) / width,
-        // The bound is that of the middle; a step may double it.
-        noise: 4.0 * noise / width,
+        // The bound is that of the middle; a step may double it, and where the middle is zero it brings its own.
+        noise: 4.0 * (noise + f64::EPSILON * (high.abs() + low.abs())) / width,
     };
     Some(high.into_iter().zip(low).zip(noise).map(quotient).collect())
 }

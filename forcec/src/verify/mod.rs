@@ -58,7 +58,7 @@ impl Default for CheckOptions {
     }
 }
 
-/// Draws for one state before it counts as passive: a one-sided constraint should push at every other state.
+/// Draws for one state before one without force will do: at every other state something should push.
 const PASSIVE_DRAWS: usize = 40;
 /// States a family whose ∂F/∂X is compared entry by entry however dear that is; others may be compared along a direction.
 const FULL_STATES: usize = 2;
@@ -184,6 +184,11 @@ impl<'a> Checker<'a> {
                 coverage.singular += 1;
                 continue;
             };
+            let (outputs, _) = self.tape.values(&state.values);
+            if exact.point.has_edges() && !outputs.iter().all(|x| x.is_finite()) {
+                coverage.singular += 1;
+                continue;
+            }
             coverage.checked += 1;
             coverage.active += usize::from(pushes);
             self.state(family, index, &state, &exact, &mut random);
@@ -373,8 +378,9 @@ impl<'a> Checker<'a> {
         let active: usize = covered.clone().map(|c| c.active).sum();
         if covered.count() == 0 {
             problems.push("no family has regular states: nothing was checked".to_owned());
-        } else if active == 0 {
-            problems.push("no state was found at which a row pushes: only zeros were checked".to_owned());
+        } else if active == 0 && !subject.program.force.iter().all(|id| subject.program.graph.is_zero(*id)) {
+            problems
+                .push("no state was found at which a force is not zero: only zeros were checked".to_owned());
         }
         let ordinary = coverage.iter().any(|c| c.family.is_ordinary() && c.is_covered());
         for comparison in self.comparisons.iter().filter(|c| ordinary && c.sharp == 0) {

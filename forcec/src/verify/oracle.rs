@@ -7,7 +7,7 @@
 //! double's 2⁻⁵³, and about N + N²/2 evaluations of C, each of what
 //! depends on the coordinates that moved, serve all of ∂F/∂X.
 
-use super::big::{BITS, Big};
+use super::big::Big;
 use super::layout::{Coordinate, Layout};
 use super::source::{self, Fields, Source, Values, field_bit};
 use super::states::State;
@@ -17,6 +17,11 @@ use std::collections::BTreeMap;
 
 /// Steps are 2 to the minus this.
 const STEP: i32 = 104;
+/// What a quotient leaves out, as a power of two of the largest value in the source: 2⁻¹⁰⁴ times half a second derivative,
+/// for which 2¹² times that value is room enough. Rounding, 2⁻³¹⁰ over two steps, is less.
+const TRUNCATION: i32 = 12 - STEP;
+/// Beyond two to this power the products in a kernel's derivatives leave the range of doubles: no number is expected.
+const LARGEST: i32 = 200;
 
 /// The source of a kernel, ready to be differentiated.
 pub(crate) struct Oracle<'d> {
@@ -66,7 +71,7 @@ pub(crate) struct Point<'o, 'd> {
     activity: Vec<bool>,
     /// F.
     pub(crate) force: Vec<Big>,
-    /// The size of what rounding in 320 bits leaves in F.
+    /// The size of what truncation and rounding leave in F and its derivatives, at most.
     pub(crate) noise: f64,
 }
 
@@ -158,12 +163,16 @@ impl<'d> Oracle<'d> {
 
     /// The same at inputs given to all bits.
     pub(crate) fn point_at(&self, inputs: Vec<Big>) -> Result<Point<'_, 'd>, Singular> {
-        let values = self.source.evaluate(&inputs);
+        let mut values = self.source.evaluate(&inputs);
+        self.source.mark_edges(&mut values);
         let rows = self.rows(&values);
-        if values.singular || !all_finite(&rows) {
+        if !all_finite(&rows) {
             return Err(Singular::Value);
         }
-        let mut largest = inputs.iter().filter_map(Big::exponent).max().unwrap_or(0);
+        let gains = if self.is_constraint() { 2 } else { 0 };
+        let parameters = self.layout.signature.parameters.len();
+        let end = if gains > 0 { self.layout.parameter(parameters - gains) } else { inputs.len() };
+        let mut largest = inputs[..end].iter().filter_map(Big::exponent).max().unwrap_or(0);
         for value in values.own() {
             largest = match value {
                 source::Value::Real(x) => x.exponent().map_or(largest, |e| e.max(largest)),
@@ -171,7 +180,10 @@ impl<'d> Oracle<'d> {
                 source::Value::Truth(_) => largest,
             };
         }
-        let noise = 2f64.powi(largest.clamp(-500, 500)) * 2f64.powi(10 - BITS as i32);
+        if largest > LARGEST {
+            return Err(Singular::Value);
+        }
+        let noise = 2f64.powi(largest.max(-LARGEST)) * 2f64.powi(TRUNCATION);
         let mut point = Point {
             oracle: self,
             inputs,
@@ -192,7 +204,7 @@ impl<'d> Oracle<'d> {
         (point.multipliers, point.activity) =
             self.multipliers(&point.inputs, &point.rows, &point.jacobian, &velocities);
         point.force = self.force(&point.jacobian, &point.multipliers);
-        // A row is off by `noise`, an entry of J by noise/step: what that does to F.
+        // What an error of that size in rows, J and dC/dt does to F.
         let size = |x: &Big| x.to_f64().abs();
         let entry = point.jacobian.iter().flatten().map(size).fold(0.0, f64::max);
         let push: f64 = point.multipliers.iter().map(size).sum();
@@ -201,7 +213,7 @@ impl<'d> Oracle<'d> {
             .map(|row| self.gains(&point.inputs, row))
             .map(|(stiffness, damping)| size(&stiffness) + size(&damping) * speed)
             .sum();
-        point.noise = noise * 2f64.powi(STEP + 1) * (1.0 + push + entry * gains);
+        point.noise = noise * (1.0 + push + entry * gains);
         if !all_finite(&point.force) || !point.noise.is_finite() {
             return Err(Singular::Value);
         }
@@ -324,15 +336,30 @@ fn all_finite(x: &[Big]) -> bool {
     x.iter().all(|x| x.is_finite() && x.to_f64().is_finite())
 }
 
+/// Whether a step went along one branch and where everything has a derivative.
+fn regular(values: &Values<Big>) -> Result<(), Singular> {
+    match (values.crossed, values.at_edge) {
+        (true, _) => Err(Singular::Branch),
+        (_, true) => Err(Singular::Value),
+        _ => Ok(()),
+    }
+}
+
 /// (after − before)/step
 fn quotient(after: &[Big], before: &[Big]) -> Vec<Big> {
     after.iter().zip(before).map(|(a, b)| (a.clone() - b.clone()).scaled(STEP)).collect()
 }
 
 impl Point<'_, '_> {
-    /// Whether some row pushes; what is no one-sided constraint always does.
+    /// Whether some force is not zero.
     pub(crate) fn pushes(&self) -> bool {
-        self.activity.is_empty() || self.activity.contains(&true)
+        self.force.iter().any(|f| !f.is_zero())
+    }
+
+    /// Whether some formula has no derivative here but for its arguments staying what they are, as in `max(x, 0).sqrt()`.
+    /// The mathematics is regular then; a kernel may give what IEEE arithmetic gives.
+    pub(crate) fn has_edges(&self) -> bool {
+        self.values.has_edges()
     }
 
     /// J at inputs whose values and rows are known. `shared` keeps rows for the columns of ∂F/∂X that meet them again.
@@ -352,9 +379,7 @@ impl Point<'_, '_> {
                 None => {
                     let moved = oracle.moved(inputs, coordinate);
                     let next = oracle.source.update(values, &moved, oracle.pose_bits[k]);
-                    if next.crossed {
-                        return Err(Singular::Branch);
-                    }
+                    regular(&next)?;
                     let after = oracle.rows(&next);
                     if !all_finite(&after) {
                         return Err(Singular::Value);
@@ -380,9 +405,7 @@ impl Point<'_, '_> {
         shared: Option<(usize, &mut TwoSteps)>,
     ) -> Result<Vec<Big>, Singular> {
         let oracle = self.oracle;
-        if values.crossed {
-            return Err(Singular::Branch);
-        }
+        regular(values)?;
         let rows = oracle.rows(values);
         if !all_finite(&rows) {
             return Err(Singular::Value);
@@ -457,7 +480,7 @@ impl Point<'_, '_> {
 
     fn columns(&self, columns: Vec<Vec<Big>>) -> Result<Columns, Singular> {
         if columns.iter().all(|column| all_finite(column)) {
-            Ok(Columns { columns, noise: self.noise * 2f64.powi(STEP + 1) })
+            Ok(Columns { columns, noise: self.noise })
         } else {
             Err(Singular::Value)
         }

@@ -171,7 +171,7 @@ pub struct Coverage {
     pub checked: usize,
     /// States that were redrawn because a value or derivative does not exist there, or a branch is too near.
     pub singular: usize,
-    /// Of the compared ones, how many had a row that pushes; all of them unless the constraint is unilateral.
+    /// Of the compared ones, how many had a force that is not zero.
     pub active: usize,
 }
 
