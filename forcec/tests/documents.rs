@@ -138,7 +138,6 @@ fn function(path: &str, name: &str) -> String {
 
 /// The head of the ball joint's kernel and the end of what computes the force.
 fn kernel_excerpt() -> String {
-    const LINES: usize = 16;
     let compiled = compiled("constraints/joints.rs", &["point_to_point"]);
     let file = File {
         stem: "joints".to_owned(),
@@ -151,8 +150,9 @@ fn kernel_excerpt() -> String {
     let (_, kernel) = text.split_once("#include \"joints.h\"\n\n").expect("the file includes its header");
     let (head, body) = kernel.split_once("    /* F */\n").expect("the kernel has its headings");
     let (force, _) = body.split_once("\n    /* dF/dX */").expect("the kernel has its headings");
-    let lines: Vec<&str> = force.lines().collect();
-    format!("{head}    /* … */\n{}\n    /* … */\n}}", lines[lines.len() - LINES..].join("\n"))
+    let last: Vec<&str> = force.lines().skip_while(|line| !line.contains("= b->position[2]")).collect();
+    assert!(!last.is_empty(), "the force ends with its z entries");
+    format!("{head}    /* … */\n{}\n    /* … */\n}}", last.join("\n"))
 }
 
 fn counts() -> String {
@@ -219,7 +219,7 @@ fn functions() -> String {
         });
         let title: Vec<String> = ty
             .split(", ")
-            .map(|name| if name.contains(' ') || name == "rotation" { name.to_owned() } else { code(name) })
+            .map(|name| if name.starts_with(char::is_uppercase) { code(name) } else { format!("a {name}") })
             .collect();
         text.push_str(&format!(
             "On {}:\n\n{}\n",
