@@ -31,7 +31,19 @@ fn fill<const N: usize>(template: &'static str, parts: [BoxedStrategy<String>; N
 /// A real expression.
 fn real(depth: u32) -> BoxedStrategy<String> {
     let leaf = any(&[
-        "0.7", "-1.25", "3.0", "k", "s", "h[0]", "h[2]", "m[(0, 1)]", "u.y", "a.position.x", "b.position[2]", "c0", "c1",
+        "0.7",
+        "-1.25",
+        "3.0",
+        "k",
+        "s",
+        "h[0]",
+        "h[2]",
+        "m[(0, 1)]",
+        "u.y",
+        "a.position.x",
+        "b.position[2]",
+        "c0",
+        "c1",
     ]);
     if depth == 0 {
         return leaf;
@@ -73,8 +85,16 @@ fn real(depth: u32) -> BoxedStrategy<String> {
 /// A vector expression.
 fn vector(depth: u32) -> BoxedStrategy<String> {
     let leaf = any(&[
-        "a.position", "b.position", "(b.position - a.position)", "u", "Vec3::y()", "(a.orientation * u)",
-        "(a.orientation.inverse() * arms[0])", "(m * arms[1])", "w0", "w1",
+        "a.position",
+        "b.position",
+        "(b.position - a.position)",
+        "u",
+        "Vec3::y()",
+        "(a.orientation * u)",
+        "(a.orientation.inverse() * arms[0])",
+        "(m * arms[1])",
+        "w0",
+        "w1",
     ]);
     if depth == 0 {
         return leaf;
@@ -111,7 +131,10 @@ fn program() -> BoxedStrategy<String> {
         ),
         fill(
             "    let (c0, c1) = if $0 > 0.1 { (s, $1) } else { ($1, k) };\n",
-            [any(&["a.position.z", "k", "b.position.dot(&u)"]), any(&["a.position.x", "s * k", "u.norm_squared()"])],
+            [
+                any(&["a.position.z", "k", "b.position.dot(&u)"]),
+                any(&["a.position.x", "s * k", "u.norm_squared()"])
+            ],
         ),
     ];
     let law = prop_oneof![

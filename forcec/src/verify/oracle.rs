@@ -458,7 +458,13 @@ impl Point<'_, '_> {
 
     fn columns(&self, columns: Vec<Vec<Big>>) -> Result<Columns, Singular> {
         if columns.iter().all(|column| all_finite(column)) {
-            Ok(Columns { columns, noise: self.noise * 2f64.powi(STEP + 1) })
+            // Where a force is quadratic and its derivative zero, as at rest, the step itself is left of a one-sided quotient,
+            // times a second derivative of about the largest number met: `noise` without its 2^(10 − BITS).
+            let truncation = match self.oracle.law {
+                Statement::Force => self.noise * 2f64.powi(BITS as i32 - 10) * 2f64.powi(4 - STEP),
+                _ => 0.0,
+            };
+            Ok(Columns { columns, noise: self.noise * 2f64.powi(STEP + 1) + truncation })
         } else {
             Err(Singular::Value)
         }
