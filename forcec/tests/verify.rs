@@ -509,3 +509,28 @@ fn stiff_kernels_raise_no_false_alarm() {
         }
     }
 }
+
+/// Every force file of the repository, compiled by the whole pipeline, at a few states each.
+#[test]
+fn the_library_passes() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    let mut reports = Vec::new();
+    for folder in ["constraints", "tests/unseen"] {
+        let entries = std::fs::read_dir(format!("{root}/{folder}")).expect("the folder is there");
+        let mut paths: Vec<_> = entries.map(|entry| entry.expect("it can be read").path()).collect();
+        paths.retain(|path| path.extension().is_some_and(|extension| extension == "rs"));
+        paths.sort();
+        for path in paths {
+            let text = std::fs::read_to_string(&path).expect("the file can be read");
+            let source = forcec::span::Source::new(path.display().to_string(), text);
+            let compiled = forcec::compile::compile(&source, &|_| true);
+            let compiled = compiled.unwrap_or_else(|_| panic!("{} compiles", path.display()));
+            for function in &compiled.functions {
+                let subject = Subject { source: &function.source, program: &function.program };
+                reports.push(verify::check(&subject, &CheckOptions { seed: 1, states: 3 }));
+            }
+        }
+    }
+    assert!(reports.len() > 80, "{} kernels", reports.len());
+    assert!(reports.iter().all(|report| report.passed), "{}", verify::table(&reports));
+}

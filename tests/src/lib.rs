@@ -1,1 +1,147 @@
-//! Tests of the compiler as a whole; everything is in `tests/`.
+//! What the tests from the outside share: the force files, folders to work in, programs to run, and the oracle's cases.
+//!
+//! A test here sees forcec as a user does, through its library, its command line or the text it emits, and judges it by
+//! something that shares no code with it: 320-bit arithmetic, a C compiler, rustc, clippy.
+
+pub mod cases;
+pub mod driver;
+
+use forcec::compile::{Compiled, compile};
+use forcec::kernel::{File, Precision};
+use forcec::span::Source;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+
+/// A force file of this repository, compiled.
+pub struct ForceFile {
+    /// Its name without folder and ending.
+    pub stem: String,
+    /// All its kernels.
+    pub compiled: Compiled,
+}
+
+impl ForceFile {
+    /// The file as a target prints it.
+    pub fn printable(&self, precisions: &[Precision]) -> File {
+        File {
+            stem: self.stem.clone(),
+            docs: self.compiled.docs.clone(),
+            kernels: self.compiled.functions.iter().map(|function| function.kernel.clone()).collect(),
+            precisions: precisions.to_vec(),
+        }
+    }
+}
+
+/// The library: `constraints/*.rs`.
+pub fn library() -> Vec<ForceFile> {
+    files("../constraints")
+}
+
+/// Force files that nothing was tuned on: `tests/unseen/*.rs`.
+pub fn unseen() -> Vec<ForceFile> {
+    files("unseen")
+}
+
+fn files(folder: &str) -> Vec<ForceFile> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("a folder can be read").path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "rs"));
+    paths.sort();
+    assert!(!paths.is_empty(), "{} has force files", folder.display());
+    parallel(paths, |path| {
+        let text = std::fs::read_to_string(&path).expect("a force file can be read");
+        let stem = path.file_stem().expect("a file has a name").to_string_lossy().into_owned();
+        ForceFile { compiled: compiled(&stem, &text), stem }
+    })
+}
+
+/// Compiles a text that is right.
+pub fn compiled(name: &str, text: &str) -> Compiled {
+    match compile(&Source::new(format!("{name}.rs"), text), &|_| true) {
+        Ok(compiled) => compiled,
+        Err(errors) => panic!("{name} does not compile:\n{errors}\n{text}"),
+    }
+}
+
+/// An empty folder of this name. `base` is `env!("CARGO_TARGET_TMPDIR")`, which cargo tells only the tests themselves.
+pub fn folder(base: &str, name: &str) -> PathBuf {
+    let path = Path::new(base).join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).expect("the build folder can be written");
+    path
+}
+
+/// Runs a program that must succeed.
+pub fn run(folder: &Path, program: &str, arguments: &[&str]) {
+    let output = Command::new(program).args(arguments).current_dir(folder).output();
+    let output = output.unwrap_or_else(|e| panic!("{program}: {e}"));
+    let text = String::from_utf8_lossy(&output.stdout);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{program} {arguments:?} in {}\n{text}{errors}", folder.display());
+}
+
+/// Runs a program that turns doubles into doubles, both as the machine stores them.
+pub fn pipe(program: &Path, input: &[f64]) -> Vec<f64> {
+    let input_path = program.with_extension("in");
+    let bytes: Vec<u8> = input.iter().flat_map(|x| x.to_ne_bytes()).collect();
+    std::fs::write(&input_path, bytes).expect("the build folder can be written");
+    let input = std::fs::File::open(&input_path).expect("the input was just written");
+    let output = Command::new(program).stdin(Stdio::from(input)).output();
+    let output = output.unwrap_or_else(|e| panic!("{}: {e}", program.display()));
+    assert!(output.status.success(), "{} fails", program.display());
+    let words = output.stdout.chunks_exact(8);
+    assert!(words.remainder().is_empty(), "{} writes doubles", program.display());
+    words.map(|word| f64::from_ne_bytes(word.try_into().expect("eight bytes"))).collect()
+}
+
+/// Maps on every processor; results stand in the order of the items.
+pub fn parallel<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let count = items.len();
+    let queue = Mutex::new(items.into_iter().enumerate());
+    let results: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(count));
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.min(count))
+            .map(|_| {
+                scope.spawn(|| {
+                    loop {
+                        let next = queue.lock().expect("no worker panics with the queue").next();
+                        let Some((index, item)) = next else { break };
+                        let result = work(item);
+                        results.lock().expect("no worker panics with the results").push((index, result));
+                    }
+                })
+            })
+            .collect();
+        for worker in workers {
+            if let Err(panic) = worker.join() {
+                std::panic::resume_unwind(panic);
+            }
+        }
+    });
+    let mut results = results.into_inner().expect("every worker is done");
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// The splitmix64 generator: the same numbers on every machine.
+pub struct Random(u64);
+
+impl Random {
+    /// A generator from a seed.
+    pub fn new(seed: u64) -> Random {
+        Random(seed)
+    }
+
+    /// Uniform in low … high.
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let unit = ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64;
+        low + (high - low) * unit
+    }
+}

@@ -12,6 +12,7 @@ mod invariants;
 mod layout;
 mod mutate;
 mod oracle;
+pub mod probe;
 mod render;
 mod report;
 mod source;

@@ -63,7 +63,8 @@ pub(crate) struct Point<'o, 'd> {
     oracle: &'o Oracle<'d>,
     inputs: Vec<Big>,
     values: Values<'static, Big>,
-    rows: Vec<Big>,
+    /// C, E or F as written.
+    pub(crate) rows: Vec<Big>,
     /// ∂row/∂coordinate; for a force law empty.
     jacobian: Vec<Vec<Big>>,
     /// λ; 1 for an energy.

@@ -1,0 +1,240 @@
+//! States with what a kernel must answer there, and how far an answer is off.
+//!
+//! In: a compiled force function. Out: states of order one from the check's own generator: random ones, at rest, and with
+//! identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit arithmetic.
+
+use crate::Random;
+use forcec::compile::Stages;
+use forcec::kernel::Precision;
+use forcec::verify::probe::Probe;
+use forcec::verify::{Array, Family, Inputs, Subject};
+use std::collections::BTreeSet;
+use std::fmt;
+
+/// States a kernel and precision.
+pub const STATES: usize = 20;
+
+/// The seed of all states.
+const SEED: u64 = 7;
+
+/// Draws of a one-sided constraint before a state at which nothing pushes is taken.
+const PASSIVE_DRAWS: usize = 40;
+
+/// The oracle's work a kernel, in additions of 320 bits, beyond which the program in 320 bits stands in for the source.
+const BUDGET: u64 = 10_000_000;
+
+/// Beyond this a state is not ordinary: the outputs leave the range of floats.
+const LARGEST: f64 = 1e30;
+
+/// What the one-sided quotients of the oracle leave, relative to what they are made of: 2⁻¹⁰⁴ and some. In floats, what
+/// underflows.
+const SLACK: f64 = 1e-28;
+
+/// Errors above the tolerance are compared with what a change of the inputs in their last place does, times this.
+const OF_CONDITION: f64 = 4.0;
+
+/// One state and the answer.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What kind of state it is.
+    pub family: Family,
+    /// The arguments in memory order.
+    pub inputs: Vec<f64>,
+    /// The outputs in memory order.
+    pub expected: Vec<f64>,
+    /// How far rounding in doubles may take each output.
+    pub bounds: Vec<f64>,
+}
+
+/// What the expected outputs are taken from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Reference {
+    /// The source as written, differentiated by differences in 320 bits.
+    Source,
+    /// The program, which checks compare with the source elsewhere, in 320 bits.
+    Program,
+}
+
+/// [`STATES`] states of a kernel. In single precision the inputs are rounded to floats first, and since a rounded quaternion
+/// is off length one by what derivatives may ignore, the answer is the program's.
+pub fn cases(function: &Stages, precision: Precision, reference: Reference) -> Vec<Case> {
+    let subject = Subject { source: &function.source, program: &function.program };
+    let probe = Probe::new(&subject);
+    let dear = probe.cost() * STATES as u64 > BUDGET;
+    let mut cases = Vec::new();
+    let mut draws = 0;
+    let mut passive = 0;
+    while cases.len() < STATES {
+        let mut family = Family::ALL[[0, 0, 1, 2][cases.len() % 4]];
+        if draws > 20 * STATES {
+            // A function may be singular wherever nothing moves, or wherever nothing is turned.
+            family = Family::Random;
+        }
+        assert!(draws < 60 * STATES + PASSIVE_DRAWS * STATES, "{}: no regular states", function.definition.name);
+        draws += 1;
+        let mut inputs = probe.draw(family, SEED, draws);
+        let expected = match precision {
+            // Where the source is dear, a few states are still its own.
+            Precision::F64 if reference == Reference::Source && (!dear || cases.len() < 3) => {
+                let Some(truth) = probe.truth(&inputs) else { continue };
+                if !truth.pushes && cases.len() % 2 == 0 && passive < PASSIVE_DRAWS * STATES {
+                    passive += 1;
+                    continue;
+                }
+                truth.outputs
+            }
+            Precision::F64 => probe.program(&inputs),
+            Precision::F32 => {
+                inputs.iter_mut().for_each(|x| *x = f64::from(*x as f32));
+                probe.program(&inputs)
+            }
+        };
+        let zero = expected.iter().all(|x| *x == 0.0);
+        if zero && cases.len() % 2 == 0 && passive < PASSIVE_DRAWS * STATES {
+            passive += 1;
+            continue;
+        }
+        if expected.iter().all(|x| x.abs() <= LARGEST) {
+            cases.push(Case { family, bounds: probe.bounds(&inputs), inputs, expected });
+        }
+    }
+    cases
+}
+
+/// How far one answer is off.
+#[derive(Clone, Debug)]
+pub struct Miss {
+    /// The kernel.
+    pub kernel: String,
+    /// The array.
+    pub array: Array,
+    /// The entry of it that is furthest off.
+    pub entry: String,
+    /// What kind of state it is.
+    pub family: Family,
+    /// What the entry must be.
+    pub expected: f64,
+    /// What it is.
+    pub computed: f64,
+    /// The error relative to the largest entry of the array.
+    pub relative: f64,
+    /// The largest change of the array, relative to its largest entry, when inputs change in their last place; measured
+    /// where the error is above the tolerance.
+    pub condition: Option<f64>,
+    /// The state.
+    pub inputs: Inputs,
+}
+
+/// How far an array may be off, relative to its largest entry, unless its inputs' last place matters more.
+fn tolerance(precision: Precision) -> f64 {
+    match precision {
+        Precision::F64 => 1e-13,
+        Precision::F32 => 1e-5,
+    }
+}
+
+/// The entry of each array that is furthest off at one state.
+pub fn misses(function: &Stages, precision: Precision, case: &Case, computed: &[f64]) -> Vec<Miss> {
+    assert_eq!(case.expected.len(), computed.len());
+    let slack = SLACK * case.inputs.iter().chain(&case.expected).fold(1.0, |most, x| x.abs().max(most));
+    let subject = Subject { source: &function.source, program: &function.program };
+    let probe = Probe::new(&subject);
+    let mut worst: Vec<Miss> = Vec::new();
+    for array in Array::ALL {
+        let entries: Vec<usize> = (0..computed.len()).filter(|at| probe.name(*at).0 == array).collect();
+        let largest = entries.iter().map(|at| case.expected[*at].abs()).fold(0.0, f64::max);
+        let miss = |at: usize| {
+            let error = (case.expected[at] - computed[at]).abs();
+            let relative = match error {
+                error if error <= slack => 0.0,
+                error if error.is_finite() => error / largest,
+                _ => f64::INFINITY,
+            };
+            Miss {
+                kernel: function.definition.name.clone(),
+                array,
+                entry: probe.name(at).1,
+                family: case.family,
+                expected: case.expected[at],
+                computed: computed[at],
+                relative,
+                condition: None,
+                inputs: probe.inputs(&case.inputs),
+            }
+        };
+        let misses = entries.iter().map(|at| miss(*at));
+        let Some(mut miss) = misses.max_by(|x, y| x.relative.total_cmp(&y.relative)) else { continue };
+        if miss.relative > tolerance(precision) {
+            miss.condition = Some(condition(&probe, precision, case, &entries) / largest);
+        }
+        worst.push(miss);
+    }
+    worst
+}
+
+/// The largest change of some outputs when every input that is not zero moves to a number next to it, up or down at random:
+/// what rounding the inputs once does, and no arithmetic can do better.
+fn condition(probe: &Probe, precision: Precision, case: &Case, entries: &[usize]) -> f64 {
+    let mut random = Random::new(SEED);
+    let before = probe.program(&case.inputs);
+    let mut largest = 0.0f64;
+    for _ in 0..16 {
+        let mut inputs = case.inputs.clone();
+        for x in inputs.iter_mut().filter(|x| **x != 0.0) {
+            let up = random.uniform(-1.0, 1.0) > 0.0;
+            *x = match precision {
+                Precision::F64 if up => x.next_up(),
+                Precision::F64 => x.next_down(),
+                Precision::F32 if up => f64::from((*x as f32).next_up()),
+                Precision::F32 => f64::from((*x as f32).next_down()),
+            };
+        }
+        let after = probe.program(&inputs);
+        largest = entries.iter().map(|at| (after[*at] - before[*at]).abs()).fold(largest, f64::max);
+    }
+    largest
+}
+
+impl Miss {
+    /// Whether the error is more than the tolerance and more than rounding the inputs explains.
+    fn fails(&self, precision: Precision) -> bool {
+        let allowed = tolerance(precision).max(OF_CONDITION * self.condition.unwrap_or(0.0));
+        // A NaN fails.
+        !(self.relative <= allowed)
+    }
+}
+
+/// Prints the worst kernels, and panics if an array is off by more than 1e-13 (doubles) or 1e-5 (floats) of its largest
+/// entry, unless moving the inputs to the next number changes the array by a quarter of the error: then the state is
+/// ill-conditioned, no kernel can do better, and it is printed all the same.
+pub fn judge(found: &[(Precision, Miss)]) {
+    let mut failures = 0;
+    for precision in [Precision::F64, Precision::F32] {
+        let mut here: Vec<&Miss> = found.iter().filter(|(p, _)| *p == precision).map(|(_, m)| m).collect();
+        here.sort_by(|x, y| y.relative.total_cmp(&x.relative));
+        let mut seen = BTreeSet::new();
+        eprintln!("{precision}, {} arrays compared; the worst kernels:", here.len());
+        for miss in here {
+            let fails = miss.fails(precision);
+            failures += usize::from(fails);
+            if seen.insert(&miss.kernel) && (seen.len() <= 5 || fails) || miss.condition.is_some() {
+                eprintln!("{miss}");
+                if fails {
+                    eprintln!("{}", miss.inputs);
+                }
+            }
+        }
+    }
+    assert_eq!(failures, 0, "arrays are off by more than 1e-13 (f64) or 1e-5 (f32) of their largest entry");
+}
+
+impl fmt::Display for Miss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Miss { kernel, entry, relative, expected, computed, family, .. } = self;
+        write!(f, "{kernel:24} {entry:26} {relative:9.2e} of the largest, {computed:e} for {expected:e} ({family})")?;
+        match self.condition {
+            Some(condition) => write!(f, "; inputs in their last place: {condition:.2e}"),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Every row of the function table: its derivative formula against differences in 320 bits, its value in doubles against
+//! the value in 320 bits, its C and Rust spelling compiled and run, and the edges of its domain.
+
+use forcec::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature};
+use forcec::kernel::{File, Kernel, Precision, Target};
+use forcec::ops::{Function, FunctionDomain};
+use forcec::scalar::{Graph, Program};
+use forcec::schedule::schedule;
+use forcec::targets;
+use forcec::verify::probe;
+use forcec_tests::{driver, folder, pipe, run};
+use std::collections::BTreeSet;
+
+const POINTS: [f64; 25] = [
+    -40.3, -7.9, -3.7, -1.6, -1.0, -0.9999, -0.77, -0.5, -0.02, -1e-5, -1e-12, 0.0, 1e-12, 1e-5, 0.02, 0.3, 0.5,
+    0.77, 0.9999, 1.0, 1.6, 3.7, 12.3, 47.1, 90.1,
+];
+
+/// The families take the square of a length first, although their table says nothing of it.
+fn is_family(function: Function) -> bool {
+    matches!(function, Function::CosSqrt(_) | Function::AngleRatio(_))
+}
+
+/// Whether arguments lie in a domain; on its edge only if `closed`.
+fn contains(domain: FunctionDomain, x: &[f64], closed: bool) -> bool {
+    let above = |low: f64| if closed { x[0] >= low } else { x[0] > low };
+    match domain {
+        FunctionDomain::All => true,
+        FunctionDomain::AtLeast(low) => above(low),
+        FunctionDomain::Above(low) => x[0] > low,
+        FunctionDomain::Unit => x[0].abs() < 1.0 || closed && x[0].abs() == 1.0,
+        FunctionDomain::NotAllZero => x.iter().any(|x| *x != 0.0),
+        FunctionDomain::HalfPlane => above(0.0) && x.iter().any(|x| *x != 0.0),
+    }
+}
+
+/// All points of a function's domain; of the open interior of both domains for a derivative.
+fn points(function: Function, derivative: bool) -> Vec<Vec<f64>> {
+    let row = function.row();
+    let all: Vec<Vec<f64>> = match row.arity {
+        0 => vec![vec![]],
+        1 => POINTS.iter().map(|x| vec![*x]).collect(),
+        _ => POINTS.iter().flat_map(|x| POINTS.map(|y| vec![*x, y])).collect(),
+    };
+    let kept = |x: &Vec<f64>| {
+        let inside = contains(row.domain, x, !derivative);
+        let smooth = !derivative || contains(row.smooth, x, false);
+        let family = !is_family(function) || x[0] > 0.0;
+        // Next to a switch a difference lies on both sides of it.
+        let apart = !derivative || !matches!(function, Function::Min | Function::Max) || x[0] != x[1];
+        // The angle of a point on the negative axis changes by a turn there.
+        let cut = !derivative || function != Function::Atan2 || x[0] != 0.0;
+        // 0^y has an edge at y = 0, and the cosine's family has zeros where no relative error is small.
+        inside && smooth && family && apart && cut
+    };
+    all.into_iter().filter(kept).collect()
+}
+
+/// Whether a function is its own exact value, rounded once at most.
+fn units(function: Function) -> f64 {
+    match function {
+        Function::Abs | Function::Min | Function::Max | Function::Signum => 0.0,
+        Function::Pi | Function::Sqrt => 0.5,
+        // What checks take them to be good for.
+        Function::CosSqrt(n) | Function::AngleRatio(n) => 8.0 * (1.0 + f64::from(n)),
+        _ => 2.0,
+    }
+}
+
+/// How many units of the last place a function's value may be off at a point. The cosine's family has zeros, and where its
+/// argument's last place matters more than the value's, its root is what cannot be had better.
+fn units_at(function: Function, x: &[f64]) -> f64 {
+    let units = units(function);
+    if !is_family(function) {
+        return units;
+    }
+    let value = probe::value(function, x);
+    let partials = probe::partials(function, x).into_iter().zip(x);
+    let condition: f64 = partials.map(|(partial, x)| (partial.formula * x / value).abs()).sum();
+    units * condition.max(1.0)
+}
+
+/// |x − y| in units of the last place of the expected value.
+fn units_apart(computed: f64, expected: f64) -> f64 {
+    if computed == expected {
+        return 0.0;
+    }
+    (computed - expected).abs() / (expected.abs().next_up() - expected.abs())
+}
+
+#[test]
+fn derivatives_are_what_differences_say() {
+    for function in Function::ALL {
+        let points = points(function, true);
+        assert!(points.len() >= 5 || function == Function::Pi, "{function:?}: {} points", points.len());
+        for x in points {
+            for (k, partial) in probe::partials(function, &x).into_iter().enumerate() {
+                let size = partial.formula.abs().max(partial.difference.abs());
+                // Powers leave the range of doubles, and below this differences have no digits left.
+                let beyond = !(1e-40..=1e300).contains(&size);
+                assert!(
+                    partial.apart < 1e-25 || beyond,
+                    "∂{}{x:?}/∂{k}: formula `{}` gives {:e}, differences {:e}",
+                    function.row().name,
+                    function.row().formula,
+                    partial.formula,
+                    partial.difference
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn values_are_good_to_a_few_units() {
+    for function in Function::ALL {
+        let mut worst = (0.0, vec![]);
+        for x in points(function, false) {
+            let expected = probe::value(function, &x);
+            let computed = (function.row().value)(&x);
+            if !expected.is_finite() || expected.abs() < f64::MIN_POSITIVE {
+                continue;
+            }
+            let units = units_apart(computed, expected);
+            // Half a unit more: the expected value is rounded too.
+            let allowed = units_at(function, &x) + 0.5;
+            assert!(units <= allowed, "{function:?}: off by {units} of {allowed} units at {x:?}");
+            if units > worst.0 {
+                worst = (units, x);
+            }
+        }
+        eprintln!("{:14} {:.2} units at {:?}", format!("{function:?}"), worst.0, worst.1);
+    }
+}
+
+#[test]
+fn edges_of_domains_are_where_the_table_says() {
+    for function in Function::ALL {
+        let row = function.row();
+        let edges: &[f64] = match row.domain {
+            FunctionDomain::All | FunctionDomain::NotAllZero | FunctionDomain::HalfPlane => continue,
+            FunctionDomain::AtLeast(_) | FunctionDomain::Above(_) => &[-1.0],
+            FunctionDomain::Unit => &[-1.0, 1.0],
+        };
+        for &outward in edges {
+            let edge = match row.domain {
+                FunctionDomain::AtLeast(low) | FunctionDomain::Above(low) => low,
+                _ => outward,
+            };
+            // The exponent of `powf` is no whole number, for which it would be defined everywhere.
+            let at = |x: f64| (row.value)(&[x, 0.7][..row.arity]);
+            let step = |x: f64, inward: bool| if (outward < 0.0) == inward { x.next_up() } else { x.next_down() };
+            assert!(at(step(edge, false)).is_nan(), "{function:?} is defined outside of its domain");
+            assert!(at(step(edge, true)).is_finite(), "{function:?} is not defined inside of its domain");
+            let closed = contains(row.domain, &[edge, 0.7], true);
+            assert_eq!(at(edge).is_finite(), closed, "{function:?} at {edge}");
+        }
+    }
+}
+
+/// A kernel for each function, whose first entry of the force is the function of its parameters.
+fn kernels() -> Vec<(Function, Kernel)> {
+    let kernel = |function: Function| {
+        let row = function.row();
+        let parameter =
+            |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
+        let signature = Signature {
+            bodies: vec![Body { name: "p".to_owned(), kind: BodyKind::PARTICLE }],
+            parameters: (0..2).map(parameter).collect(),
+        };
+        let mut graph = Graph::default();
+        let zero = graph.zero();
+        let x: Vec<_> = (0..row.arity).map(|k| graph.input(signature.parameter_slot(k, 0))).collect();
+        let result = graph.call(function, &x);
+        let matrix = vec![vec![zero; 3]; 3];
+        let force = vec![result, zero, zero];
+        let program = Program { signature, graph, force, dfdx: matrix.clone(), dfdv: matrix };
+        let order = function.order().map(|n| n.to_string()).unwrap_or_default();
+        let name = format!("f_{}{order}", row.name.to_lowercase());
+        let schedule = schedule(&program);
+        (function, Kernel { name, docs: vec!["One function.".to_owned()], formulas: vec![], schedule })
+    };
+    Function::ALL.into_iter().map(kernel).collect()
+}
+
+#[test]
+fn c_and_rust_spell_the_same_function() {
+    // The same number of points for all: the list of each is repeated.
+    const COUNT: usize = 640;
+    let kernels = kernels();
+    let names: BTreeSet<&str> = kernels.iter().map(|(_, kernel)| kernel.name.as_str()).collect();
+    assert_eq!(names.len(), Function::ALL.len());
+    let file = File {
+        stem: "table".to_owned(),
+        docs: vec!["The function table.".to_owned()],
+        kernels: kernels.iter().map(|(_, kernel)| kernel.clone()).collect(),
+        precisions: vec![Precision::F64, Precision::F32],
+    };
+    let folder = folder(env!("CARGO_TARGET_TMPDIR"), "functions");
+    for generated in [Target::C, Target::Rust].into_iter().flat_map(|target| targets::emit(&file, target)) {
+        std::fs::write(folder.join(generated.name), generated.text).unwrap();
+    }
+    std::fs::write(folder.join("driver.c"), driver::c(&file, COUNT)).unwrap();
+    std::fs::write(folder.join("driver.rs"), driver::rust(&file, COUNT)).unwrap();
+    let strict = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2", "-c", "table.c"];
+    run(&folder, "cc", &strict);
+    run(&folder, "cc", &["-std=c99", "-O1", "driver.c", "table.o", "-lm", "-o", "in_c"]);
+    run(&folder, "rustc", &["--edition", "2024", "-O", "-A", "warnings", "driver.rs", "-o", "in_rust"]);
+    let mut input = Vec::new();
+    let mut asked = Vec::new();
+    for (function, kernel) in &kernels {
+        let points = points(*function, false);
+        for precision in [Precision::F64, Precision::F32] {
+            for point in points.iter().cycle().take(COUNT) {
+                let mut x = point.clone();
+                if precision == Precision::F32 {
+                    x.iter_mut().for_each(|x| *x = f64::from(*x as f32));
+                }
+                input.extend([0.0; 6]);
+                input.extend((0..2).map(|k| x.get(k).copied().unwrap_or(0.0)));
+                asked.push((*function, precision, x, driver::outputs(&kernel.schedule.signature)));
+            }
+        }
+    }
+    let in_c = pipe(&folder.join("in_c"), &input);
+    let in_rust = pipe(&folder.join("in_rust"), &input);
+    let mut at = 0;
+    for (function, precision, x, outputs) in asked {
+        let (c, rust) = (in_c[at], in_rust[at]);
+        at += outputs;
+        let expected = probe::value(function, &x);
+        if !expected.is_finite() || expected.abs() < f64::from(f32::MIN_POSITIVE) {
+            continue;
+        }
+        if precision == Precision::F32 && expected.abs() > f64::from(f32::MAX) {
+            continue;
+        }
+        let unit = if precision == Precision::F32 { f64::from(f32::EPSILON) } else { f64::EPSILON };
+        let allowed = (units_at(function, &x) + 1.0) * unit * expected.abs();
+        assert!((c - expected).abs() <= allowed, "{function:?}{x:?} is {c:e} in C ({precision}), not {expected:e}");
+        assert!(
+            (rust - c).abs() <= 2.0 * unit * expected.abs(),
+            "{function:?}{x:?} is {rust:e} in Rust ({precision}) and {c:e} in C"
+        );
+    }
+    assert_eq!(at, in_c.len());
+}

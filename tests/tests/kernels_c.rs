@@ -1,0 +1,65 @@
+//! Every kernel as C: it compiles without a warning, and what it computes is what the mathematics of its source says.
+//!
+//! Each force file becomes one program that reads states and writes outputs; the oracle is 320-bit arithmetic on the
+//! expression as it was written, differentiated by differences.
+
+use forcec::kernel::{Precision, Target};
+use forcec::targets;
+use forcec_tests::cases::{Miss, Reference, STATES, cases, judge, misses};
+use forcec_tests::{ForceFile, driver, folder, library, parallel, pipe, run, unseen};
+use std::time::Instant;
+
+const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2"];
+const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
+
+/// How far each kernel of a file is off, in both precisions.
+fn measure(file: &ForceFile, folder: &std::path::Path) -> Vec<(Precision, Miss)> {
+    let printable = file.printable(&PRECISIONS);
+    for generated in targets::emit(&printable, Target::C) {
+        std::fs::write(folder.join(generated.name), generated.text).unwrap();
+    }
+    std::fs::write(folder.join("driver.c"), driver::c(&printable, STATES)).unwrap();
+    let source = format!("{}.c", file.stem);
+    run(folder, "cc", &[&STRICT[..], &["-c", &source, "-o", "kernels.o"]].concat());
+    run(folder, "cc", &["-std=c99", "-O1", "driver.c", "kernels.o", "-lm", "-o", "driver"]);
+    let mut input = Vec::new();
+    let mut all = Vec::new();
+    for function in &file.compiled.functions {
+        for precision in PRECISIONS {
+            let cases = cases(function, precision, Reference::Source);
+            input.extend(cases.iter().flat_map(|case| case.inputs.iter().copied()));
+            all.push((function, precision, cases));
+        }
+    }
+    let output = pipe(&folder.join("driver"), &input);
+    let mut output = output.as_slice();
+    let mut found = Vec::new();
+    for (function, precision, cases) in &all {
+        for case in cases {
+            let (here, rest) = output.split_at(case.expected.len());
+            output = rest;
+            found.extend(misses(function, *precision, case, here).into_iter().map(|miss| (*precision, miss)));
+        }
+    }
+    assert!(output.is_empty(), "{}: the driver writes what was asked for", file.stem);
+    found
+}
+
+#[test]
+fn kernels_equal_their_mathematics() {
+    let base = env!("CARGO_TARGET_TMPDIR");
+    let files: Vec<(String, ForceFile)> = [("library", library()), ("unseen", unseen())]
+        .into_iter()
+        .flat_map(|(kind, files)| files.into_iter().map(move |file| (format!("c_{kind}_{}", file.stem), file)))
+        .collect();
+    let found: Vec<(Precision, Miss)> = parallel(files, |(name, file)| {
+        let start = Instant::now();
+        let found = measure(&file, &folder(base, &name));
+        eprintln!("{name}: {:.1} s", start.elapsed().as_secs_f64());
+        found
+    })
+    .into_iter()
+    .flatten()
+    .collect();
+    judge(&found);
+}
