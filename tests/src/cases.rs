@@ -204,7 +204,7 @@ impl Miss {
     fn fails(&self, precision: Precision) -> bool {
         let allowed = tolerance(precision).max(OF_CONDITION * self.condition.unwrap_or(0.0));
         // A NaN fails.
-        !(self.relative <= allowed)
+        self.relative.is_nan() || self.relative > allowed
     }
 }
 

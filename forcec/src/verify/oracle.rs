@@ -169,8 +169,9 @@ impl<'d> Oracle<'d> {
         for at in super::quaternions(self.layout) {
             let squares = inputs[at..at + 4].iter().map(|x| x.clone() * x.clone());
             let length = squares.reduce(|sum, square| sum + square).map(|square| square.sqrt());
-            for k in at..at + 4 {
-                inputs[k] = inputs[k].clone() / length.clone().unwrap_or_else(|| Big::from_f64(1.0));
+            let length = length.unwrap_or_else(|| Big::from_f64(1.0));
+            for x in &mut inputs[at..at + 4] {
+                *x = x.clone() / length.clone();
             }
         }
         self.point_at(inputs)
