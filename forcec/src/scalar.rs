@@ -311,12 +311,12 @@ impl Graph {
             same
         });
         for i in 0..powers.len() {
-            if let Node::Recip(base) = *self.node(powers[i].0) {
-                if let Some(j) = powers.iter().position(|(id, _)| *id == base) {
-                    let common = powers[i].1.min(powers[j].1);
-                    powers[i].1 -= common;
-                    powers[j].1 -= common;
-                }
+            if let Node::Recip(base) = *self.node(powers[i].0)
+                && let Some(j) = powers.iter().position(|(id, _)| *id == base)
+            {
+                let common = powers[i].1.min(powers[j].1);
+                powers[i].1 -= common;
+                powers[j].1 -= common;
             }
         }
         powers.retain(|(_, e)| *e != 0);
@@ -331,11 +331,11 @@ impl Graph {
     /// 1/x
     pub fn recip(&mut self, x: Id) -> Id {
         let (coefficient, rest) = self.split(x);
-        if let Some(value) = self.value(rest) {
-            if !value.is_zero() {
-                let value = (&coefficient * value).recip();
-                return self.constant(value);
-            }
+        if let Some(value) = self.value(rest)
+            && !value.is_zero()
+        {
+            let value = (&coefficient * value).recip();
+            return self.constant(value);
         }
         let inverse = match *self.node(rest) {
             Node::Recip(inner) => inner,

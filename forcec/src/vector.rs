@@ -415,10 +415,10 @@ impl Graph {
 
     /// A function of the table.
     pub fn call(&mut self, function: Function, arguments: &[Real]) -> Real {
-        if self.simplify {
-            if let Some(simpler) = identities::apply(self, function, arguments) {
-                return simpler;
-            }
+        if self.simplify
+            && let Some(simpler) = identities::apply(self, function, arguments)
+        {
+            return simpler;
         }
         self.real(Node::Call(function, arguments.into()))
     }
@@ -538,10 +538,11 @@ impl Graph {
                 Node::Component(v, axis) => Some((v, axis)),
                 _ => None,
             });
-            if let [Some((u, 0)), Some((v, 1)), Some((w, 2))] = parts {
-                if u == v && v == w {
-                    return u;
-                }
+            if let [Some((u, 0)), Some((v, 1)), Some((w, 2))] = parts
+                && u == v
+                && v == w
+            {
+                return u;
             }
         }
         self.vector(Node::Pack(entries))
@@ -752,13 +753,13 @@ impl Graph {
         let (cv, v) = self.split_vector(v);
         let coefficient = &cu * &cv;
         for (p, q) in [(u, v), (v, u)] {
-            if let Node::Pack(entries) = *self.vector_at(p) {
-                if entries.iter().filter(|e| !self.is_zero(**e)).count() == 1 {
-                    let axis = (0..3).find(|k| !self.is_zero(entries[*k])).expect("one entry is not zero");
-                    let entry = self.component(q, axis as u8);
-                    let product = self.mul(entries[axis], entry);
-                    return self.scaled(coefficient, product);
-                }
+            if let Node::Pack(entries) = *self.vector_at(p)
+                && entries.iter().filter(|e| !self.is_zero(**e)).count() == 1
+            {
+                let axis = (0..3).find(|k| !self.is_zero(entries[*k])).expect("one entry is not zero");
+                let entry = self.component(q, axis as u8);
+                let product = self.mul(entries[axis], entry);
+                return self.scaled(coefficient, product);
             }
             if let Node::Cross(x, y) = *self.vector_at(q) {
                 if p == x || p == y {
@@ -876,12 +877,12 @@ impl Graph {
         if !self.simplify || plain {
             return value;
         }
-        if let Node::VectorSum(terms) = self.vector_at(rest) {
-            if terms.iter().any(|(_, v)| self.point(*v).is_some()) {
-                // A point in the world: open for the same reason as in `holds_point`.
-                self.names.entry(rest.0).or_insert_with(|| name.to_owned());
-                return value;
-            }
+        if let Node::VectorSum(terms) = self.vector_at(rest)
+            && terms.iter().any(|(_, v)| self.point(*v).is_some())
+        {
+            // A point in the world: open for the same reason as in `holds_point`.
+            self.names.entry(rest.0).or_insert_with(|| name.to_owned());
+            return value;
         }
         let held = self.vector(Node::VectorLet(rest));
         self.held.insert(rest.0, held.0);
@@ -910,15 +911,15 @@ impl Graph {
 
     /// A comparison.
     pub fn compare(&mut self, comparison: Comparison, x: Real, y: Real) -> Truth {
-        if self.simplify {
-            if let (Some(a), Some(b)) = (self.value(x), self.value(y)) {
-                let holds = match comparison {
-                    Comparison::Less => a < b,
-                    Comparison::LessEqual => a <= b,
-                    Comparison::Equal => a == b,
-                };
-                return self.known(holds);
-            }
+        if self.simplify
+            && let (Some(a), Some(b)) = (self.value(x), self.value(y))
+        {
+            let holds = match comparison {
+                Comparison::Less => a < b,
+                Comparison::LessEqual => a <= b,
+                Comparison::Equal => a == b,
+            };
+            return self.known(holds);
         }
         self.truth(Node::Compare(comparison, x, y))
     }

@@ -70,7 +70,11 @@ pub fn cases(function: &Stages, precision: Precision, reference: Reference) -> V
             // A function may be singular wherever nothing moves, or wherever nothing is turned.
             family = Family::Random;
         }
-        assert!(draws < 60 * STATES + PASSIVE_DRAWS * STATES, "{}: no regular states", function.definition.name);
+        assert!(
+            draws < 60 * STATES + PASSIVE_DRAWS * STATES,
+            "{}: no regular states",
+            function.definition.name
+        );
         draws += 1;
         let mut inputs = probe.draw(family, SEED, draws);
         let expected = match precision {
@@ -200,7 +204,7 @@ impl Miss {
     fn fails(&self, precision: Precision) -> bool {
         let allowed = tolerance(precision).max(OF_CONDITION * self.condition.unwrap_or(0.0));
         // A NaN fails.
-        !(self.relative <= allowed)
+        self.relative.is_nan() || self.relative > allowed
     }
 }
 
@@ -231,7 +235,10 @@ pub fn judge(found: &[(Precision, Miss)]) {
 impl fmt::Display for Miss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Miss { kernel, entry, relative, expected, computed, family, .. } = self;
-        write!(f, "{kernel:24} {entry:26} {relative:9.2e} of the largest, {computed:e} for {expected:e} ({family})")?;
+        write!(
+            f,
+            "{kernel:24} {entry:26} {relative:9.2e} of the largest, {computed:e} for {expected:e} ({family})"
+        )?;
         match self.condition {
             Some(condition) => write!(f, "; inputs in their last place: {condition:.2e}"),
             None => Ok(()),

@@ -50,11 +50,14 @@ fn files(folder: &str) -> Vec<ForceFile> {
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "rs"));
     paths.sort();
     assert!(!paths.is_empty(), "{} has force files", folder.display());
-    parallel(paths, |path| {
+    let mut files = parallel(paths, |path| {
         let text = std::fs::read_to_string(&path).expect("a force file can be read");
         let stem = path.file_stem().expect("a file has a name").to_string_lossy().into_owned();
         ForceFile { compiled: compiled(&stem, &text), stem }
-    })
+    });
+    // The longest first: what works through them in parallel does not end with waiting for it.
+    files.sort_by_key(|file| std::cmp::Reverse(file.compiled.functions.len()));
+    files
 }
 
 /// Compiles a text that is right.

@@ -12,8 +12,8 @@ use forcec_tests::{driver, folder, pipe, run};
 use std::collections::BTreeSet;
 
 const POINTS: [f64; 25] = [
-    -40.3, -7.9, -3.7, -1.6, -1.0, -0.9999, -0.77, -0.5, -0.02, -1e-5, -1e-12, 0.0, 1e-12, 1e-5, 0.02, 0.3, 0.5,
-    0.77, 0.9999, 1.0, 1.6, 3.7, 12.3, 47.1, 90.1,
+    -40.3, -7.9, -3.7, -1.6, -1.0, -0.9999, -0.77, -0.5, -0.02, -1e-5, -1e-12, 0.0, 1e-12, 1e-5, 0.02, 0.3,
+    0.5, 0.77, 0.9999, 1.0, 1.6, 3.7, 12.3, 47.1, 90.1,
 ];
 
 /// The families take the square of a length first, although their table says nothing of it.
@@ -149,7 +149,8 @@ fn edges_of_domains_are_where_the_table_says() {
             };
             // The exponent of `powf` is no whole number, for which it would be defined everywhere.
             let at = |x: f64| (row.value)(&[x, 0.7][..row.arity]);
-            let step = |x: f64, inward: bool| if (outward < 0.0) == inward { x.next_up() } else { x.next_down() };
+            let step =
+                |x: f64, inward: bool| if (outward < 0.0) == inward { x.next_up() } else { x.next_down() };
             assert!(at(step(edge, false)).is_nan(), "{function:?} is defined outside of its domain");
             assert!(at(step(edge, true)).is_finite(), "{function:?} is not defined inside of its domain");
             let closed = contains(row.domain, &[edge, 0.7], true);
@@ -162,8 +163,7 @@ fn edges_of_domains_are_where_the_table_says() {
 fn kernels() -> Vec<(Function, Kernel)> {
     let kernel = |function: Function| {
         let row = function.row();
-        let parameter =
-            |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
+        let parameter = |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
         let signature = Signature {
             bodies: vec![Body { name: "p".to_owned(), kind: BodyKind::PARTICLE }],
             parameters: (0..2).map(parameter).collect(),
@@ -237,7 +237,10 @@ fn c_and_rust_spell_the_same_function() {
         }
         let unit = if precision == Precision::F32 { f64::from(f32::EPSILON) } else { f64::EPSILON };
         let allowed = (units_at(function, &x) + 1.0) * unit * expected.abs();
-        assert!((c - expected).abs() <= allowed, "{function:?}{x:?} is {c:e} in C ({precision}), not {expected:e}");
+        assert!(
+            (c - expected).abs() <= allowed,
+            "{function:?}{x:?} is {c:e} in C ({precision}), not {expected:e}"
+        );
         assert!(
             (rust - c).abs() <= 2.0 * unit * expected.abs(),
             "{function:?}{x:?} is {rust:e} in Rust ({precision}) and {c:e} in C"

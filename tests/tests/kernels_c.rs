@@ -50,7 +50,9 @@ fn kernels_equal_their_mathematics() {
     let base = env!("CARGO_TARGET_TMPDIR");
     let files: Vec<(String, ForceFile)> = [("library", library()), ("unseen", unseen())]
         .into_iter()
-        .flat_map(|(kind, files)| files.into_iter().map(move |file| (format!("c_{kind}_{}", file.stem), file)))
+        .flat_map(|(kind, files)| {
+            files.into_iter().map(move |file| (format!("c_{kind}_{}", file.stem), file))
+        })
         .collect();
     let found: Vec<(Precision, Miss)> = parallel(files, |(name, file)| {
         let start = Instant::now();

@@ -56,7 +56,9 @@ fn error(function: &Stages, probe: &Probe, inputs: &[f64]) -> f64 {
             None => vec![signature.parameters[argument - signature.bodies.len()].ty.length() as usize],
         };
         let before: usize = (0..slot.argument as usize).flat_map(fields).sum();
-        before + fields(slot.argument as usize)[..slot.field as usize].iter().sum::<usize>() + slot.offset as usize
+        before
+            + fields(slot.argument as usize)[..slot.field as usize].iter().sum::<usize>()
+            + slot.offset as usize
     };
     let computed = function.kernel.schedule.evaluate::<f32>(&|slot| inputs[place(slot)] as f32);
     let computed = computed.expect("every output is written");

@@ -5,7 +5,7 @@
 
 use forcec::kernel::{File, Precision, Target};
 use forcec::targets;
-use forcec::verify::{self, CheckOptions, Subject};
+use forcec::verify::{self, CheckOptions, Family, Report, Subject, Verdict};
 use forcec_tests::compiled;
 use proptest::prelude::{Just, Strategy, prop_oneof};
 use proptest::strategy::BoxedStrategy;
@@ -31,7 +31,19 @@ fn fill<const N: usize>(template: &'static str, parts: [BoxedStrategy<String>; N
 /// A real expression.
 fn real(depth: u32) -> BoxedStrategy<String> {
     let leaf = any(&[
-        "0.7", "-1.25", "3.0", "k", "s", "h[0]", "h[2]", "m[(0, 1)]", "u.y", "a.position.x", "b.position[2]", "c0", "c1",
+        "0.7",
+        "-1.25",
+        "3.0",
+        "k",
+        "s",
+        "h[0]",
+        "h[2]",
+        "m[(0, 1)]",
+        "u.y",
+        "a.position.x",
+        "b.position[2]",
+        "c0",
+        "c1",
     ]);
     if depth == 0 {
         return leaf;
@@ -73,8 +85,16 @@ fn real(depth: u32) -> BoxedStrategy<String> {
 /// A vector expression.
 fn vector(depth: u32) -> BoxedStrategy<String> {
     let leaf = any(&[
-        "a.position", "b.position", "(b.position - a.position)", "u", "Vec3::y()", "(a.orientation * u)",
-        "(a.orientation.inverse() * arms[0])", "(m * arms[1])", "w0", "w1",
+        "a.position",
+        "b.position",
+        "(b.position - a.position)",
+        "u",
+        "Vec3::y()",
+        "(a.orientation * u)",
+        "(a.orientation.inverse() * arms[0])",
+        "(m * arms[1])",
+        "w0",
+        "w1",
     ]);
     if depth == 0 {
         return leaf;
@@ -111,7 +131,10 @@ fn program() -> BoxedStrategy<String> {
         ),
         fill(
             "    let (c0, c1) = if $0 > 0.1 { (s, $1) } else { ($1, k) };\n",
-            [any(&["a.position.z", "k", "b.position.dot(&u)"]), any(&["a.position.x", "s * k", "u.norm_squared()"])],
+            [
+                any(&["a.position.z", "k", "b.position.dot(&u)"]),
+                any(&["a.position.x", "s * k", "u.norm_squared()"])
+            ],
         ),
     ];
     let law = prop_oneof![
@@ -162,6 +185,15 @@ fn emitted(text: &str) -> Vec<targets::Generated> {
     [Target::C, Target::Rust].into_iter().flat_map(|target| targets::emit(&file, target)).collect()
 }
 
+/// Whether a report shows an error. Far from the origin random programs take sines of millions, which turn many times
+/// within one step of a difference in doubles: there the exact oracle alone is heard.
+fn is_wrong(report: &Report) -> bool {
+    let oracle = report.comparisons.iter().any(|comparison| comparison.failures > 0);
+    let physics = report.invariants.iter().any(|invariant| invariant.verdict == Verdict::Violated);
+    let worst = report.differences.worst.as_ref().filter(|_| report.differences.disagree > 0);
+    oracle || physics || worst.is_some_and(|entry| entry.family != Family::Far)
+}
+
 #[test]
 fn random_programs_compute_what_they_say() {
     let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(CASES);
@@ -180,8 +212,7 @@ fn random_programs_compute_what_they_say() {
         let function = &compiled.functions[0];
         let subject = Subject { source: &function.source, program: &function.program };
         let report = verify::check(&subject, &CheckOptions { seed: 1, states: 2 });
-        let wrong = report.worst_failure().is_some() && !report.passed;
-        if wrong {
+        if is_wrong(&report) {
             return Err(TestCaseError::fail(report.table()));
         }
         let (checked, unchecked) = &mut *counts.borrow_mut();

@@ -242,20 +242,17 @@ impl Lie {
                 let row = self.row_of(*s, variable);
                 let matrix = self.matrix_of(*v, variable);
                 let g = &mut self.graph;
-                if let Node::Product(factors) = g.node(s.index()) {
-                    if let [(norm, -1)] = **factors {
-                        if *g.node(norm.index()) == Node::Norm(*v) {
-                            // n = d/|d|: dn = (dd − n (nᵀ dd))/|d|
-                            let unit = g.scale(*s, *v);
-                            debug_assert!(
-                                unit.0 == index || !matches!(g.node(unit.index()), Node::Scale(..))
-                            );
-                            let along = matrix.row_times(g, unit);
-                            let along = Matrix::outer(g, vec![(unit, along)]);
-                            let across = Matrix::sum(g, &[(Exact::ONE, &matrix), (-Exact::ONE, &along)]);
-                            return across.scale(g, *s);
-                        }
-                    }
+                if let Node::Product(factors) = g.node(s.index())
+                    && let [(norm, -1)] = **factors
+                    && *g.node(norm.index()) == Node::Norm(*v)
+                {
+                    // n = d/|d|: dn = (dd − n (nᵀ dd))/|d|
+                    let unit = g.scale(*s, *v);
+                    debug_assert!(unit.0 == index || !matches!(g.node(unit.index()), Node::Scale(..)));
+                    let along = matrix.row_times(g, unit);
+                    let along = Matrix::outer(g, vec![(unit, along)]);
+                    let across = Matrix::sum(g, &[(Exact::ONE, &matrix), (-Exact::ONE, &along)]);
+                    return across.scale(g, *s);
                 }
                 let scaled = matrix.scale(g, *s);
                 let turned = Matrix::outer(g, vec![(*v, row)]);
@@ -297,7 +294,7 @@ impl Lie {
             }
             Node::Pack(entries) => {
                 let rows = entries.map(|x| self.row_of(x, variable));
-                self.from_rows(rows)
+                self.stacked(rows)
             }
             Node::VectorSelect(condition, u, v) => {
                 let (du, dv) = (self.matrix_of(*u, variable), self.matrix_of(*v, variable));
@@ -312,7 +309,7 @@ impl Lie {
                     let (x, y) = (du.row_times(g, basis), dv.row_times(g, basis));
                     g.vector_select(*condition, x, y)
                 });
-                self.from_rows(rows)
+                self.stacked(rows)
             }
             Node::VectorLet(v) => (*self.matrix_of(*v, variable)).clone(),
             _ => unreachable!("{node:?} is no vector"),
@@ -324,7 +321,7 @@ impl Lie {
         Matrix::identity(&mut self.graph, s)
     }
 
-    fn from_rows(&mut self, rows: [Vector; 3]) -> Matrix {
+    fn stacked(&mut self, rows: [Vector; 3]) -> Matrix {
         let g = &mut self.graph;
         let outer = rows.iter().enumerate().map(|(axis, row)| (g.basis(axis as u8), *row)).collect();
         Matrix::outer(g, outer)

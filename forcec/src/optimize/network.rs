@@ -294,29 +294,29 @@ impl Network {
             };
         }
         for (old, (_, new)) in became_sorted(&became) {
-            if let Some(name) = self.names.get(&old).cloned() {
-                if !became[&old].0 {
-                    self.names.entry(new).or_insert(name);
-                }
+            if let Some(name) = self.names.get(&old).cloned()
+                && !became[&old].0
+            {
+                self.names.entry(new).or_insert(name);
             }
         }
         let ids: Vec<Id> = self.source.outputs().collect();
         for id in ids {
             let output = self.outputs.get_mut(&id).expect("every output was read");
-            if let Output::Multiple(c, atom) = output {
-                if let Some(&(negative, other)) = became.get(atom) {
-                    *output = Output::Multiple(if negative { -&*c } else { c.clone() }, other);
-                }
+            if let Output::Multiple(c, atom) = output
+                && let Some(&(negative, other)) = became.get(atom)
+            {
+                *output = Output::Multiple(if negative { -&*c } else { c.clone() }, other);
             }
-            if let Output::Multiple(c, atom) = output {
-                if let Value::Sum(polynomial) = &self.values[*atom as usize] {
-                    if polynomial.is_empty() {
-                        *output = Output::Number(Exact::ZERO);
-                    } else if let (1, Some((m, d))) = (polynomial.len(), polynomial.first_key_value()) {
-                        if self.monomials.degree(*m) == 0 {
-                            *output = Output::Number(&*c * d);
-                        }
-                    }
+            if let Output::Multiple(c, atom) = output
+                && let Value::Sum(polynomial) = &self.values[*atom as usize]
+            {
+                if polynomial.is_empty() {
+                    *output = Output::Number(Exact::ZERO);
+                } else if let (1, Some((m, d))) = (polynomial.len(), polynomial.first_key_value())
+                    && self.monomials.degree(*m) == 0
+                {
+                    *output = Output::Number(&*c * d);
                 }
             }
         }
@@ -584,11 +584,12 @@ impl Reader<'_> {
         let multiple = self.graph.split(id).1 != id;
         let terms =
             if multiple { self.inline(id, true) } else { std::mem::take(&mut self.terms[id.index()]) };
-        if let [(c, atoms)] = terms.as_slice() {
-            if c.is_one() && atoms.len() == 1 {
-                self.atoms.insert(id, atoms[0]);
-                return atoms[0];
-            }
+        if let [(c, atoms)] = terms.as_slice()
+            && c.is_one()
+            && atoms.len() == 1
+        {
+            self.atoms.insert(id, atoms[0]);
+            return atoms[0];
         }
         let polynomial = self.network.lift(terms);
         let atom = self.network.define(Value::Sum(polynomial));

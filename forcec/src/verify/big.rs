@@ -123,6 +123,20 @@ impl Big {
         Big::from(constants(|c| c.pi(BITS, ROUND)))
     }
 
+    /// selfʸ. A small whole power is a product: it may be exact in more than 320 bits, and the general routine, which
+    /// seeks digits that decide how to round, would seek for minutes.
+    fn power(&self, y: &Big) -> Big {
+        let n = y.to_f64();
+        if n.abs() > 256.0 || n.fract() != 0.0 || !(y.clone() - Big::from_f64(n)).is_zero() {
+            return Big::from(constants(|c| self.0.pow(&y.0, BITS, ROUND, c)));
+        }
+        let mut product = Big::integer(1);
+        for _ in 0..n.abs() as u32 {
+            product = product * self.clone();
+        }
+        if n < 0.0 { Big::integer(1) / product } else { product }
+    }
+
     fn atan(&self) -> Big {
         Big::from(constants(|c| self.0.atan(BITS, ROUND, c)))
     }
@@ -262,7 +276,7 @@ impl Arithmetic for Big {
             Abs => x[0].abs(),
             Sqrt => x[0].sqrt(),
             Cbrt => Big::from(x[0].0.cbrt(BITS, ROUND)),
-            Powf => Big::from(constants(|c| x[0].0.pow(&x[1].0, BITS, ROUND, c))),
+            Powf => x[0].power(&x[1]),
             Exp => with(BigFloat::exp, &x[0]),
             Ln => with(BigFloat::ln, &x[0]),
             Ln1p => with(BigFloat::ln, &(one() + x[0].clone())),

@@ -133,20 +133,10 @@ struct Exact<'o, 'd> {
     direction: Option<Vec<f64>>,
 }
 
-/// How far inputs may be from what they stand for: the bits of a quaternion from length one.
-pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
-    let mut errors = vec![0.0; values.len()];
-    let mut quaternion = |at: usize| {
-        let excess = excess(&values[at..at + 4]).abs();
-        for k in at..at + 4 {
-            errors[k] = 2.0 * excess * values[k].abs();
-        }
-    };
-    for body in 0..layout.signature.bodies.len() {
-        if let Some(at) = layout.field(body, Role::Orientation) {
-            quaternion(at);
-        }
-    }
+/// Where the quaternions among the inputs begin.
+pub(crate) fn quaternions(layout: &Layout) -> Vec<usize> {
+    let bodies = 0..layout.signature.bodies.len();
+    let mut places: Vec<usize> = bodies.filter_map(|body| layout.field(body, Role::Orientation)).collect();
     for (p, parameter) in layout.signature.parameters.iter().enumerate() {
         let mut element = &parameter.ty;
         while let ParameterType::Array(_, inner) = element {
@@ -154,7 +144,19 @@ pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
         }
         if *element == ParameterType::Quaternion {
             let length = parameter.ty.length() as usize;
-            (0..length).step_by(4).for_each(|k| quaternion(layout.parameter(p) + k));
+            places.extend((0..length).step_by(4).map(|k| layout.parameter(p) + k));
+        }
+    }
+    places
+}
+
+/// How far inputs may be from what they stand for: the bits of a quaternion from length one.
+pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
+    let mut errors = vec![0.0; values.len()];
+    for at in quaternions(layout) {
+        let excess = excess(&values[at..at + 4]).abs();
+        for k in at..at + 4 {
+            errors[k] = excess * values[k].abs();
         }
     }
     errors
@@ -172,7 +174,7 @@ impl<'a> Checker<'a> {
             let index = coverage.checked;
             let state = draw(self.layout, self.oracle.is_constraint(), family, index, &mut random);
             let full = index < FULL_STATES || self.oracle.cost() * (6 * options.states as u64) <= BUDGET;
-            let Ok(point) = self.oracle.point(&state) else {
+            let Ok(point) = self.oracle.unit_point(&state) else {
                 coverage.singular += 1;
                 continue;
             };

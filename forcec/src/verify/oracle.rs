@@ -162,6 +162,21 @@ impl<'d> Oracle<'d> {
         self.point_at(state.values.iter().map(|x| Big::from_f64(*x)).collect())
     }
 
+    /// The same at the quaternions of length one that the stored ones stand for: derivatives may use |q| = 1, so that
+    /// the truth they are compared with must not depend on how the bits miss it.
+    pub(crate) fn unit_point(&self, state: &State) -> Result<Point<'_, 'd>, Singular> {
+        let mut inputs: Vec<Big> = state.values.iter().map(|x| Big::from_f64(*x)).collect();
+        for at in super::quaternions(self.layout) {
+            let squares = inputs[at..at + 4].iter().map(|x| x.clone() * x.clone());
+            let length = squares.reduce(|sum, square| sum + square).map(|square| square.sqrt());
+            let length = length.unwrap_or_else(|| Big::from_f64(1.0));
+            for x in &mut inputs[at..at + 4] {
+                *x = x.clone() / length.clone();
+            }
+        }
+        self.point_at(inputs)
+    }
+
     /// The same at inputs given to all bits.
     pub(crate) fn point_at(&self, inputs: Vec<Big>) -> Result<Point<'_, 'd>, Singular> {
         let mut values = self.source.evaluate(&inputs);

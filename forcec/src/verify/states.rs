@@ -126,7 +126,17 @@ pub(crate) fn excess(q: &[f64]) -> f64 {
 
 /// The quaternion near q whose stored bits come nearest to length one.
 pub(crate) fn unit_quaternion(q: &[f64]) -> Vec<f64> {
-    let q = normalized(q);
+    let mut q = normalized(q);
+    // From the largest entry down, each moves by as many units of its last place as come nearest; the smallest have
+    // the finest.
+    let mut order = vec![0, 1, 2, 3];
+    order.sort_by(|&i: &usize, &j: &usize| q[j].abs().total_cmp(&q[i].abs()));
+    order.retain(|&k| q[k].abs() > 1e-3);
+    for k in order {
+        let unit = q[k].abs().next_up() - q[k].abs();
+        let steps = (-excess(&q) / (2.0 * q[k] * unit)).round().clamp(-64.0, 64.0);
+        q[k] += steps * unit;
+    }
     let mut best = q.clone();
     for choice in 0..81u32 {
         let mut candidate = q.clone();
