@@ -164,6 +164,8 @@ pub struct Graph {
     /// The arguments that slots refer to.
     pub signature: Signature,
     simplify: bool,
+    /// Whether quaternions may be taken as of length one: in derivatives, never in values.
+    unit_quaternions: bool,
 }
 
 impl Graph {
@@ -175,6 +177,7 @@ impl Graph {
             names: BTreeMap::new(),
             signature,
             simplify: true,
+            unit_quaternions: false,
         }
     }
 
@@ -186,6 +189,11 @@ impl Graph {
     /// Whether the constructors simplify.
     pub fn simplifies(&self) -> bool {
         self.simplify
+    }
+
+    /// From here on quaternions have length one: what follows are derivatives.
+    pub fn assume_unit_quaternions(&mut self) {
+        self.unit_quaternions = true;
     }
 
     /// Number of nodes.
@@ -822,7 +830,7 @@ impl Graph {
             return self.vector_sum(vec![(coefficient, scaled)]);
         }
         let rotated = match *self.vector_at(v) {
-            Node::Rotate(q, i, inner) if q == quaternion && i != inverse => inner,
+            Node::Rotate(q, i, inner) if q == quaternion && i != inverse && self.unit_quaternions => inner,
             _ => {
                 let rotated = self.vector(Node::Rotate(quaternion, inverse, v));
                 self.name_arm(rotated, v);

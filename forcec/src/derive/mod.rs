@@ -45,6 +45,7 @@ pub struct Derived {
 /// Derives forces from a definition.
 pub fn derive(definition: &Definition) -> Derived {
     let mut graph = definition.graph.clone();
+    graph.assume_unit_quaternions();
     let bodies = graph.signature.clone();
     let mut rows = Vec::new();
     let mut reals = Vec::new();
