@@ -69,6 +69,9 @@ pub(crate) struct Point<'o, 'd> {
     pub(crate) force: Vec<Big>,
     /// The size of what rounding in 320 bits leaves in F.
     pub(crate) noise: f64,
+    /// The size of the terms that F and its derivatives are made of, generously: the largest number met, times forces
+    /// and gains.
+    pub(crate) size: f64,
 }
 
 /// Columns of ∂F/∂X or ∂F/∂V, each along a direction of the tangent space, with what rounding leaves in them.
@@ -172,7 +175,8 @@ impl<'d> Oracle<'d> {
                 source::Value::Truth(_) => largest,
             };
         }
-        let noise = 2f64.powi(largest.clamp(-500, 500)) * 2f64.powi(10 - BITS as i32);
+        let met = 2f64.powi(largest.clamp(-500, 500));
+        let noise = met * 2f64.powi(10 - BITS as i32);
         let mut point = Point {
             oracle: self,
             inputs,
@@ -183,6 +187,7 @@ impl<'d> Oracle<'d> {
             activity: Vec::new(),
             force: Vec::new(),
             noise,
+            size: met,
         };
         if self.law == Statement::Force {
             point.force = point.rows.clone();
@@ -202,7 +207,9 @@ impl<'d> Oracle<'d> {
             .map(|row| self.gains(&point.inputs, row))
             .map(|(stiffness, damping)| size(&stiffness) + size(&damping) * speed)
             .sum();
-        point.noise = noise * 2f64.powi(STEP + 1) * (1.0 + push + entry * gains);
+        let terms = 1.0 + push + entry * gains;
+        point.noise = noise * 2f64.powi(STEP + 1) * terms;
+        point.size = met * terms;
         if !all_finite(&point.force) || !point.noise.is_finite() {
             return Err(Singular::Value);
         }
@@ -459,9 +466,9 @@ impl Point<'_, '_> {
     fn columns(&self, columns: Vec<Vec<Big>>) -> Result<Columns, Singular> {
         if columns.iter().all(|column| all_finite(column)) {
             // Where a force is quadratic and its derivative zero, as at rest, the step itself is left of a one-sided quotient,
-            // times a second derivative of about the largest number met: `noise` without its 2^(10 − BITS).
+            // times a second derivative of about the largest number met.
             let truncation = match self.oracle.law {
-                Statement::Force => self.noise * 2f64.powi(BITS as i32 - 10) * 2f64.powi(4 - STEP),
+                Statement::Force => self.size * 2f64.powi(4 - STEP),
                 _ => 0.0,
             };
             Ok(Columns { columns, noise: self.noise * 2f64.powi(STEP + 1) + truncation })
