@@ -203,8 +203,7 @@ impl Miss {
     /// Whether the error is more than the tolerance and more than rounding the inputs explains.
     fn fails(&self, precision: Precision) -> bool {
         let allowed = tolerance(precision).max(OF_CONDITION * self.condition.unwrap_or(0.0));
-        // A NaN fails.
-        !(self.relative <= allowed)
+        self.relative > allowed || self.relative.is_nan()
     }
 }
 
