@@ -62,8 +62,6 @@ fn stages(file: &syntax::ast::File, definition: Definition) -> Stages {
     let optimized = optimize(derive(&definition));
     let schedule = schedule(&optimized.program);
     let time = started.elapsed();
-    let mut report = vec![("lower", optimized.lowered)];
-    report.extend(optimized.report);
     let kernel = Kernel {
         name: definition.name.clone(),
         docs: definition.docs.clone(),
@@ -72,7 +70,7 @@ fn stages(file: &syntax::ast::File, definition: Definition) -> Stages {
     };
     let source = check::elaborate(file, &definition.name);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
-    Stages { ast, definition, source, program: optimized.program, report, kernel, time }
+    Stages { ast, definition, source, program: optimized.program, report: optimized.report, kernel, time }
 }
 
 /// Longer definitions are left to `forcec show`.

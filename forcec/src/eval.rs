@@ -92,6 +92,7 @@ fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N
             let all = factors.iter().flat_map(|(id, exponent)| (0..*exponent).map(move |_| real(id)));
             all.reduce(|product, x| product * x).unwrap_or_else(|| N::exact(&crate::exact::Exact::ONE))
         }
+        Node::Multiple(c, x) => N::exact(c) * real(x),
         Node::Recip(x) => N::exact(&crate::exact::Exact::ONE) / real(x),
         Node::Call(function, arguments) => {
             N::call(*function, &arguments.iter().map(real).collect::<Vec<_>>())

@@ -121,6 +121,11 @@ impl<'g> Formulas<'g> {
             let transpose = if latex { "^{\\mathsf T}" } else { "ᵀ" };
             parts.push(format!("{} {}{transpose}", factor(u), factor(v)));
         }
+        if let Some(turned) = &matrix.turned {
+            let simple =
+                Matrix { identity: turned.identity, skew: turned.skew, outer: Vec::new(), turned: None };
+            parts.push(format!("({}) R({})", self.matrix(&simple), self.turn(&turned.rotations)));
+        }
         if parts.is_empty() { "0".to_owned() } else { parts.join(" + ") }
     }
 

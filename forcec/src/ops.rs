@@ -1,8 +1,9 @@
 //! The function table: one row states everything the compiler knows about a function of reals.
 //!
 //! Adding a function is adding a variant and its row. The derivative may use the function's own result; the spelling
-//! is a template in which `{0}`, `{1}` stand for the arguments, `{p}` for the precision, `{f}` and `{F}` for the suffixes of
-//! C's single precision, and `{n}` for the number within a family.
+//! is a template in which `{0}`, `{1}` stand for the arguments, `{p}` for the precision, `{f}` and `{F}` for the
+//! suffixes of C's single precision, and `{n}` for the number within a family. Rust spells functions of two arguments
+//! as paths: clippy follows the receiver of a method with arguments through every `let`, in exponential time.
 
 use crate::exact::Exact;
 use crate::special;
@@ -206,7 +207,7 @@ static POWF: FunctionRow = row!(
     },
     |x| x[0].powf(x[1]),
     "pow{f}({0}, {1})",
-    "{0}.powf({1})"
+    "{p}::powf({0}, {1})"
 );
 static EXP: FunctionRow =
     row!("exp" / 1, All, All, "r", |_, _, r, _| r, |x| x[0].exp(), "exp{f}({0})", "{0}.exp()");
@@ -343,7 +344,7 @@ static ATAN2: FunctionRow = row!(
     },
     |x| x[0].atan2(x[1]),
     "atan2{f}({0}, {1})",
-    "{0}.atan2({1})"
+    "{p}::atan2({0}, {1})"
 );
 static SINH: FunctionRow = row!(
     "sinh" / 1,
@@ -386,7 +387,7 @@ static HYPOT: FunctionRow = row!(
     |g, x, r, k| g.div(x[k], r),
     |x| x[0].hypot(x[1]),
     "hypot{f}({0}, {1})",
-    "{0}.hypot({1})"
+    "{p}::hypot({0}, {1})"
 );
 /// 1 where argument k is the one returned, else 0.
 fn chosen(g: &mut Graph, x: &[Real], k: usize, first: bool) -> Real {
@@ -403,7 +404,7 @@ static MIN: FunctionRow = row!(
     |g, x, _, k| chosen(g, x, k, true),
     |x| x[0].min(x[1]),
     "forcec_min_{p}({0}, {1})",
-    "{0}.min({1})"
+    "{p}::min({0}, {1})"
 );
 static MAX: FunctionRow = row!(
     "max" / 2,
@@ -413,7 +414,7 @@ static MAX: FunctionRow = row!(
     |g, x, _, k| chosen(g, x, k, false),
     |x| x[0].max(x[1]),
     "forcec_max_{p}({0}, {1})",
-    "{0}.max({1})"
+    "{p}::max({0}, {1})"
 );
 static SIGNUM: FunctionRow = row!(
     "signum" / 1,
@@ -456,7 +457,7 @@ macro_rules! angle_ratio {
                 let square = g.powi(x[1], 2);
                 let norm = g.add(x[0], square);
                 let power = g.powi(norm, -1 - $n);
-                let factorial: i64 = (1..=$n).product();
+                let factorial = [1, 1, 2, 6, 24][$n];
                 g.scaled(Exact::from(if $n % 2 == 0 { -factorial } else { factorial }), power)
             },
             |x| special::angle_ratio($n, x[0], x[1]),

@@ -50,6 +50,8 @@ pub enum Node {
     Sum(Exact, Box<[(Exact, Id)]>),
     /// Π id^exponent
     Product(Box<[(Id, u32)]>),
+    /// number · x for a positive number, kept as a value of its own: something is multiplied with it more than once.
+    Multiple(Exact, Id),
     /// 1/x
     Recip(Id),
     /// A row of the function table.
@@ -75,7 +77,7 @@ impl Node {
             Node::Constant(_) | Node::Input(_) | Node::Difference(..) | Node::Known(_) => vec![],
             Node::Sum(_, terms) => terms.iter().map(|(_, id)| *id).collect(),
             Node::Product(factors) => factors.iter().map(|(id, _)| *id).collect(),
-            Node::Recip(x) | Node::Not(x) => vec![*x],
+            Node::Multiple(_, x) | Node::Recip(x) | Node::Not(x) => vec![*x],
             Node::Call(_, arguments) => arguments.to_vec(),
             Node::Select(c, x, y) => vec![*c, *x, *y],
             Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => vec![*x, *y],
@@ -194,6 +196,18 @@ impl Graph {
         self.sum(Exact::ZERO, vec![(coefficient, id)])
     }
 
+    /// coefficient · id as a value that no user takes apart.
+    pub fn held_multiple(&mut self, coefficient: &Exact, id: Id) -> Id {
+        let (inner, rest) = self.split(id);
+        let coefficient = coefficient * &inner;
+        let size = coefficient.abs();
+        if size.is_one() || self.value(rest).is_some() {
+            return self.scaled(coefficient, rest);
+        }
+        let held = self.intern(Node::Multiple(size, rest));
+        if coefficient.is_negative() { self.neg(held) } else { held }
+    }
+
     /// −x
     pub fn neg(&mut self, id: Id) -> Id {
         self.scaled(-Exact::ONE, id)
@@ -297,12 +311,12 @@ impl Graph {
             same
         });
         for i in 0..powers.len() {
-            if let Node::Recip(base) = *self.node(powers[i].0) {
-                if let Some(j) = powers.iter().position(|(id, _)| *id == base) {
-                    let common = powers[i].1.min(powers[j].1);
-                    powers[i].1 -= common;
-                    powers[j].1 -= common;
-                }
+            if let Node::Recip(base) = *self.node(powers[i].0)
+                && let Some(j) = powers.iter().position(|(id, _)| *id == base)
+            {
+                let common = powers[i].1.min(powers[j].1);
+                powers[i].1 -= common;
+                powers[j].1 -= common;
             }
         }
         powers.retain(|(_, e)| *e != 0);
@@ -317,11 +331,11 @@ impl Graph {
     /// 1/x
     pub fn recip(&mut self, x: Id) -> Id {
         let (coefficient, rest) = self.split(x);
-        if let Some(value) = self.value(rest) {
-            if !value.is_zero() {
-                let value = (&coefficient * value).recip();
-                return self.constant(value);
-            }
+        if let Some(value) = self.value(rest)
+            && !value.is_zero()
+        {
+            let value = (&coefficient * value).recip();
+            return self.constant(value);
         }
         let inverse = match *self.node(rest) {
             Node::Recip(inner) => inner,
@@ -403,6 +417,7 @@ impl Graph {
                 cost.neg = usize::from(!positive);
             }
             Node::Product(factors) => cost.mul = factors.iter().map(|(_, e)| *e as usize).sum::<usize>() - 1,
+            Node::Multiple(..) => cost.mul = 1,
             Node::Recip(_) => cost.div = 1,
             Node::Call(function, _) => match function.row().cost {
                 Cost::Free => {}

@@ -36,12 +36,12 @@ pub fn cos_sqrt_near<N: Arithmetic>(n: u32, s: N) -> N {
 /// [`cos_sqrt`] by recurrence, from 4s y″ + 2y′ + y = 0 differentiated n times:
 /// y⁽ⁿ⁺²⁾ = −(y⁽ⁿ⁾ + (4n+2) y⁽ⁿ⁺¹⁾)/(4s).
 pub fn cos_sqrt_far<N: Arithmetic>(n: u32, s: N) -> N {
-    let t = N::call(Function::Sqrt, &[s.clone()]);
+    let t = N::call(Function::Sqrt, std::slice::from_ref(&s));
     if n == 0 {
         return N::call(Function::Cos, &[t]);
     }
     let t = t.named("t");
-    let sine = N::call(Function::Sin, &[t.clone()]);
+    let sine = N::call(Function::Sin, std::slice::from_ref(&t));
     let mut high = N::exact(&Exact::ratio(-1, 2)) * sine / t.clone();
     if n == 1 {
         return high;
@@ -97,7 +97,7 @@ pub fn angle_ratio_near<N: Arithmetic>(n: u32, m: N, w: N) -> N {
 /// A⁽ⁿ⁺¹⁾ = (½ w (−1)ⁿ n!/(m + w²)^(n+1) − (n + ½) A⁽ⁿ⁾)/m.
 pub fn angle_ratio_far<N: Arithmetic>(n: u32, m: N, w: N) -> N {
     let half = |numerator: u32| N::exact(&Exact::ratio(i64::from(numerator), 2));
-    let t = N::call(Function::Sqrt, &[m.clone()]).named("t");
+    let t = N::call(Function::Sqrt, std::slice::from_ref(&m)).named("t");
     let mut value = N::call(Function::Atan2, &[t.clone(), w.clone()]) / t;
     if n == 0 {
         return value;

@@ -108,6 +108,7 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
     for (.., matrix) in &blocks {
         roots.extend([matrix.identity.0, matrix.skew.0]);
         roots.extend(matrix.outer.iter().flat_map(|(u, v)| [u.0, v.0]));
+        roots.extend(matrix.turned.iter().flat_map(|turned| [turned.identity.0, turned.skew.0]));
     }
     roots.sort_unstable();
     roots.dedup();
@@ -194,6 +195,7 @@ impl fmt::Display for Program {
                         |(x, e): &(scalar::Id, u32)| if *e == 1 { x.to_string() } else { format!("{x}^{e}") };
                     format!("product {}", factors.iter().map(power).collect::<Vec<_>>().join(" "))
                 }
+                scalar::Node::Multiple(c, x) => format!("multiple {c} {x}"),
                 scalar::Node::Recip(x) => format!("recip {x}"),
                 scalar::Node::Call(function, arguments) => {
                     let order = function.order().map_or(String::new(), |n| n.to_string());

@@ -415,10 +415,10 @@ impl Graph {
 
     /// A function of the table.
     pub fn call(&mut self, function: Function, arguments: &[Real]) -> Real {
-        if self.simplify {
-            if let Some(simpler) = identities::apply(self, function, arguments) {
-                return simpler;
-            }
+        if self.simplify
+            && let Some(simpler) = identities::apply(self, function, arguments)
+        {
+            return simpler;
         }
         self.real(Node::Call(function, arguments.into()))
     }
@@ -538,10 +538,11 @@ impl Graph {
                 Node::Component(v, axis) => Some((v, axis)),
                 _ => None,
             });
-            if let [Some((u, 0)), Some((v, 1)), Some((w, 2))] = parts {
-                if u == v && v == w {
-                    return u;
-                }
+            if let [Some((u, 0)), Some((v, 1)), Some((w, 2))] = parts
+                && u == v
+                && v == w
+            {
+                return u;
             }
         }
         self.vector(Node::Pack(entries))
@@ -752,13 +753,13 @@ impl Graph {
         let (cv, v) = self.split_vector(v);
         let coefficient = &cu * &cv;
         for (p, q) in [(u, v), (v, u)] {
-            if let Node::Pack(entries) = *self.vector_at(p) {
-                if entries.iter().filter(|e| !self.is_zero(**e)).count() == 1 {
-                    let axis = (0..3).find(|k| !self.is_zero(entries[*k])).expect("one entry is not zero");
-                    let entry = self.component(q, axis as u8);
-                    let product = self.mul(entries[axis], entry);
-                    return self.scaled(coefficient, product);
-                }
+            if let Node::Pack(entries) = *self.vector_at(p)
+                && entries.iter().filter(|e| !self.is_zero(**e)).count() == 1
+            {
+                let axis = (0..3).find(|k| !self.is_zero(entries[*k])).expect("one entry is not zero");
+                let entry = self.component(q, axis as u8);
+                let product = self.mul(entries[axis], entry);
+                return self.scaled(coefficient, product);
             }
             if let Node::Cross(x, y) = *self.vector_at(q) {
                 if p == x || p == y {
@@ -822,9 +823,27 @@ impl Graph {
         }
         let rotated = match *self.vector_at(v) {
             Node::Rotate(q, i, inner) if q == quaternion && i != inverse => inner,
-            _ => self.vector(Node::Rotate(quaternion, inverse, v)),
+            _ => {
+                let rotated = self.vector(Node::Rotate(quaternion, inverse, v));
+                self.name_arm(rotated, v);
+                rotated
+            }
         };
         self.vector_sum(vec![(coefficient, rotated)])
+    }
+
+    /// A parameter that is turned into the world is named after itself, so that a person recognises it.
+    fn name_arm(&mut self, rotated: Vector, arm: Vector) {
+        let Node::Rotate(quaternion, false, _) = *self.vector_at(rotated) else { return };
+        let Node::Triple(slot) = *self.vector_at(arm) else { return };
+        if self.signature.role(quaternion).is_none() {
+            return;
+        }
+        if let Some(parameter) = self.signature.parameter(slot) {
+            let number = if slot.offset == 0 { String::new() } else { format!("_{}", slot.offset / 3) };
+            let name = format!("{}_world{number}", parameter.name);
+            self.names.entry(rotated.0).or_insert(name);
+        }
     }
 
     /// The product of stored unit quaternions as (x, y, z) and w; at least one of them.
@@ -858,12 +877,12 @@ impl Graph {
         if !self.simplify || plain {
             return value;
         }
-        if let Node::VectorSum(terms) = self.vector_at(rest) {
-            if terms.iter().any(|(_, v)| self.point(*v).is_some()) {
-                // A point in the world: open for the same reason as in `holds_point`.
-                self.names.entry(rest.0).or_insert_with(|| name.to_owned());
-                return value;
-            }
+        if let Node::VectorSum(terms) = self.vector_at(rest)
+            && terms.iter().any(|(_, v)| self.point(*v).is_some())
+        {
+            // A point in the world: open for the same reason as in `holds_point`.
+            self.names.entry(rest.0).or_insert_with(|| name.to_owned());
+            return value;
         }
         let held = self.vector(Node::VectorLet(rest));
         self.held.insert(rest.0, held.0);
@@ -892,15 +911,15 @@ impl Graph {
 
     /// A comparison.
     pub fn compare(&mut self, comparison: Comparison, x: Real, y: Real) -> Truth {
-        if self.simplify {
-            if let (Some(a), Some(b)) = (self.value(x), self.value(y)) {
-                let holds = match comparison {
-                    Comparison::Less => a < b,
-                    Comparison::LessEqual => a <= b,
-                    Comparison::Equal => a == b,
-                };
-                return self.known(holds);
-            }
+        if self.simplify
+            && let (Some(a), Some(b)) = (self.value(x), self.value(y))
+        {
+            let holds = match comparison {
+                Comparison::Less => a < b,
+                Comparison::LessEqual => a <= b,
+                Comparison::Equal => a == b,
+            };
+            return self.known(holds);
         }
         self.truth(Node::Compare(comparison, x, y))
     }

@@ -52,6 +52,17 @@ fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
         [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
     };
     let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    // The product of stored quaternions.
+    let product = |turn: &[(Slot, bool)]| {
+        turn.iter().fold([0.0, 0.0, 0.0, 1.0], |p: [f64; 4], (slot, inverse)| {
+            let sign = if *inverse { -1.0 } else { 1.0 };
+            let [x, y, z, w] = [0, 1, 2, 3].map(|k| entry(*slot, slot.offset + k));
+            let (u, v) = ([p[0], p[1], p[2]], [sign * x, sign * y, sign * z]);
+            let t = cross(u, v);
+            let [a, b, c] = std::array::from_fn(|k| p[3] * v[k] + w * u[k] + t[k]);
+            [a, b, c, p[3] * w - dot(u, v)]
+        })
+    };
     let mut all: Vec<[f64; 3]> = Vec::new();
     for node in graph.nodes() {
         let real = |x: f64| [x, 0.0, 0.0];
@@ -105,6 +116,8 @@ fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
                 let ut = cross(u, t);
                 std::array::from_fn(|k| v[k] + 2.0 * w * t[k] + 2.0 * ut[k])
             }
+            Node::TurnReal(turn) => real(product(turn)[3]),
+            Node::TurnVector(turn) => std::array::from_fn(|k| product(turn)[k]),
             Node::Pack(entries) => entries.map(|x| at(x.index())[0]),
             Node::Known(b) => truth(*b),
             Node::Compare(c, x, y) => {
@@ -429,12 +442,29 @@ fn whole_program() {
     assert_eq!(warnings, [] as [&str; 0]);
 }
 
+#[test]
+fn forces_on_one_body() {
+    let numbers = agreed(
+        "#[force]\nfn wind(p: Particle, v: Vec3, k: Real) -> Vec3 { k * (v - p.velocity) }\n\
+         #[force]\nfn spin(a: Rigid, k: Real) -> Wrench { Wrench { force: Vec3::zeros(), torque: -k * a.angular_velocity } }\n\
+         #[force]\nfn one(a: Rigid, k: Real) -> (Wrench,) { (Wrench { force: k * a.velocity, torque: Vec3::z() },) }\n",
+    );
+    assert_eq!(numbers.iter().map(Vec::len).collect::<Vec<_>>(), [3, 6, 6]);
+}
+
+#[test]
+fn a_module_of_forces_is_read_in_place() {
+    let text = "//! Docs.\nuse a::b;\n#[forces]\npub mod joints {\n    use super::*;\n    #[energy]\n    fn f(a: Particle) -> Real { a.position.x }\n}\n";
+    let (file, checked) = accepted(text);
+    assert_eq!((file.docs, checked.definitions[0].name.as_str()), (vec!["Docs.".to_owned()], "f"));
+}
+
 // ---- warnings
 
 /// The messages of the warnings of an energy with this body.
 fn warned(domain: &str, body: &str) -> Vec<String> {
     let text = format!(
-        "#[energy]\n{domain}\nfn f(a: Particle, b: Particle, x: Real, y: Real, u: Vec3, m: Mat3) -> Real {{\n    {body}\n}}\n"
+        "#[energy]\n{domain}\nfn f(a: Particle, b: Particle, x: Real, y: Real, u: Vec3, m: Mat3, q: Quat) -> Real {{\n    {body}\n}}\n"
     );
     let (_, checked) = accepted(&text);
     let singular = checked.warnings.iter().filter(|w| !w.message.starts_with("unused"));
@@ -463,6 +493,9 @@ fn warnings_where_a_formula_can_be_singular() {
         "if x > 0.0 { 1.0 / y } else { 0.0 }",
         "if x >= 0.0 { 1.0 / x } else { 0.0 }",
         "1.0 / x.min(y).exp_m1()",
+        "q.angle()",
+        "q.imag().norm()",
+        "(q * q).angle()",
     ] {
         assert!(!warned("", body).is_empty(), "no warning about {body}");
     }
@@ -565,8 +598,11 @@ fn deep_and_long_inputs() {
     assert!(!survives(&"(".repeat(100_000)));
     assert!(!survives(&energy(&format!("{}x{}", "(".repeat(100_000), ")".repeat(100_000)))));
     assert!(!survives(&energy(&format!("{}x", "-".repeat(100_000)))));
-    assert!(survives(&energy(&format!("{}x", "-".repeat(30_000)))));
-    assert!(survives(&energy(&format!("{}x", "& ".repeat(30_000)))));
+    assert!(survives(&energy(&format!("{}x", "-".repeat(1500)))));
+    assert!(survives(&energy(&format!("{}x", "& ".repeat(1500)))));
+    assert!(!survives(&energy(&format!("x as {}Real", "&".repeat(39_000)))));
+    assert!(!survives(&energy(&format!("{}x", "<".repeat(39_000)))));
+    assert!(!survives(&energy(&format!("x as {}Real", "*const ".repeat(19_000)))));
     assert!(survives(&energy(&format!("{}x", "1.0 + ".repeat(15_000)))));
     let chain: String = (1..5000).map(|i| format!("else if x < {i}.0 {{ {i}.5 }} ")).collect();
     assert!(survives(&energy(&format!("if x < 0.0 {{ 0.5 }} {chain} else {{ 1.0 }}"))));
@@ -577,6 +613,12 @@ fn deep_and_long_inputs() {
     assert!(!survives(&energy("let mut s = 0.0; for i in 0..1_000_000_000 { s += x; } s")));
     assert!(!survives(&energy("let mut s = 0.0; for i in 0..10_000 { for j in 0..10_000 { s += x; } } s")));
     assert!(!survives(&energy("let a = [x; 1_000_000_000]; a[0]")));
+    assert!(!survives(&format!(
+        "#[energy]\nfn f(_a: Particle, x: {}Real{}) -> Real {{ 1.0 }}\n",
+        "[".repeat(250),
+        "; 2]".repeat(250)
+    )));
+    assert!(!survives(&format!("fn f(x: {}Real) -> Real {{ 1.0 }}\n", "&'a ".repeat(13_000))));
     let doubled: String = (1..60).map(|i| format!("let t{i} = (t{0}, t{0});", i - 1)).collect();
     assert!(!survives(&energy(&format!("let t0 = x; {doubled} x"))));
     let helpers: String =

@@ -203,7 +203,8 @@ impl Miss {
     /// Whether the error is more than the tolerance and more than rounding the inputs explains.
     fn fails(&self, precision: Precision) -> bool {
         let allowed = tolerance(precision).max(OF_CONDITION * self.condition.unwrap_or(0.0));
-        self.relative > allowed || self.relative.is_nan()
+        // A NaN fails.
+        self.relative.is_nan() || self.relative > allowed
     }
 }
 

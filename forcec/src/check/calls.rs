@@ -121,9 +121,9 @@ impl<'a> Elaborator<'a> {
         let text = name.text.as_str();
         let known: Vec<&str> = builtins::names(Place::Value, &on).collect();
         let help = builtins::instead(text, &on).map(str::to_owned).or_else(|| match &on {
-            Type::Integer if builtins::find(Place::Value, text, &Type::Real).is_some() => Some(
-                "for a real number write a point, as in `2.0`; for an index write `(i as Real)`".to_owned(),
-            ),
+            Type::Integer if builtins::find(Place::Value, text, &Type::Real).is_some() => {
+                Some(self.real_help(spans[0]))
+            }
             Type::Body(kind) => {
                 let fields: Vec<&str> = kind.row().fields.iter().map(|field| field.name).collect();
                 Some(match fields.iter().find(|field| **field == text) {

@@ -146,8 +146,11 @@ impl<'a> Elaborator<'a> {
             return value;
         }
         let help = match (&found, wanted) {
-            (Type::Integer, Type::Real) => Some(REAL_LITERAL.to_owned()),
-            (Type::Real, Type::Integer) => Some("write the number without a point".to_owned()),
+            (Type::Integer, Type::Real) => Some(self.real_help(span)),
+            (Type::Real, Type::Integer) => Some(match self.program.literal(span) {
+                Some(_) => "write the number without a point".to_owned(),
+                None => "integers are literals, integer constants and variables of loops".to_owned(),
+            }),
             (Type::Row(n), Type::Vector(m)) if n == m => Some("leave out `.transpose()`".to_owned()),
             (Type::Rotation, Type::Matrix(3)) => {
                 Some("write `q.to_rotation_matrix().into_inner()`".to_owned())
@@ -158,6 +161,14 @@ impl<'a> Elaborator<'a> {
             _ => None,
         };
         self.error_help(span, format!("expected {}, found {}", wanted.said(), found.said()), why, help)
+    }
+
+    /// What to write where a real is wanted and an integer stands.
+    pub(crate) fn real_help(&self, span: Span) -> String {
+        match self.program.literal(span) {
+            Some(literal) => format!("write `{literal}.0`"),
+            None => "write `(i as Real)` for an integer `i`".to_owned(),
+        }
     }
 
     // ---- the budget
@@ -213,7 +224,3 @@ impl<'a> Elaborator<'a> {
         self.risks.push(Risk { kind, operand, span, guards });
     }
 }
-
-/// What to write where a real is wanted and an integer stands.
-pub(crate) const REAL_LITERAL: &str =
-    "for a real number write a point, as in `2.0`; for an index write `i as Real`";

@@ -4,15 +4,14 @@ use super::elaborator::{Elaborator, LARGEST_VALUE};
 use super::matrices;
 use super::operators;
 use super::program::PI;
-use super::quaternions::{self, Quaternion};
+use super::quaternions::{self};
 use super::types::Type;
 use super::values::{Composite, Value};
-use crate::bodies::Role;
 use crate::ops::Function;
 use crate::span::Span;
-use crate::syntax::ast::{self, BinaryOp, ExprId, ExprKind, FunctionKind, Name, Path, TypeKind, UnaryOp};
+use crate::syntax::ast::{self, BinaryOp, ExprId, ExprKind, Name, Path, UnaryOp};
 use crate::syntax::suggest;
-use crate::vector::{Real, Truth};
+use crate::vector::Truth;
 
 /// What follows a condition.
 #[derive(Clone, Copy)]
@@ -38,6 +37,15 @@ impl<'a> Elaborator<'a> {
             }
             ExprKind::Binary(op, left, right) => {
                 let (x, y) = (self.expr(*left), self.expr(*right));
+                for (id, literal, other) in [(*left, &x, &y), (*right, &y, &x)] {
+                    let place = expressions[id].span;
+                    let written = self.program.literal(place).is_some();
+                    let real = !matches!(other, Value::Integer(_) | Value::Poison);
+                    if matches!(literal, Value::Integer(_)) && written && real {
+                        let label = format!("the other operand is {}", other.ty().said());
+                        return self.expect(literal.clone(), &Type::Real, place, &label);
+                    }
+                }
                 operators::binary(self, *op, x, y, span)
             }
             ExprKind::Call(path, arguments) => self.call(path, arguments, span),
@@ -155,205 +163,6 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    // ---- parts
-
-    pub(super) fn field(&mut self, base: Value, name: &Name) -> Value {
-        const AXES: [&str; 4] = ["x", "y", "z", "w"];
-        let text = name.text.as_str();
-        let axis = AXES.iter().position(|axis| *axis == text);
-        match (&base, axis) {
-            (Value::Poison, _) => return Value::Poison,
-            (Value::Vector(v), Some(axis @ 0..3)) => {
-                return Value::Real(self.graph.component(*v, axis as u8));
-            }
-            (Value::Few(entries), Some(axis)) if axis < entries.len() => return Value::Real(entries[axis]),
-            (Value::Quat(q), _) => {
-                if let Some(part) = ["i", "j", "k", "w"].iter().position(|part| *part == text) {
-                    let parts = quaternions::parts(&mut self.graph, q);
-                    return Value::Real(parts[part]);
-                }
-            }
-            (Value::Wrench(force, torque), _) => match text {
-                "force" => return Value::Vector(*force),
-                "torque" => return Value::Vector(*torque),
-                _ => {}
-            },
-            (Value::Tuple(composite), _) => {
-                if let Some(element) = text.parse().ok().and_then(|k: usize| composite.elements.get(k)) {
-                    return element.clone();
-                }
-            }
-            (Value::Body(body, kind), _) => {
-                if let Some(field) = kind.row().fields.iter().find(|field| field.name == text) {
-                    return self.body_field(*body, field.role, name.span);
-                }
-            }
-            _ => {}
-        }
-        let known: Vec<&str> = match &base {
-            Value::Vector(_) => AXES[..3].to_vec(),
-            Value::Few(entries) => AXES[..entries.len()].to_vec(),
-            Value::Quat(_) => vec!["i", "j", "k", "w"],
-            Value::Wrench(..) => vec!["force", "torque"],
-            Value::Body(_, kind) => kind.row().fields.iter().map(|field| field.name).collect(),
-            _ => Vec::new(),
-        };
-        let ty = base.ty();
-        let help = match (&base, axis) {
-            (Value::Quat(_), Some(_)) => {
-                Some("the parts of a quaternion are `i`, `j`, `k` and `w`".to_owned())
-            }
-            (Value::Tuple(composite), _) => {
-                Some(format!("the tuple has {} elements, counted from 0", composite.elements.len()))
-            }
-            (Value::Array(_), _) => Some("write `array[0]` for an element".to_owned()),
-            (Value::Matrix2(_) | Value::Matrix3(_), _) => {
-                Some("write `m[(row, column)]` for an entry".to_owned())
-            }
-            _ => suggest::did_you_mean(text, known.iter().copied()).or_else(|| {
-                let method = super::builtins::method_arguments(text) == Some(0);
-                match known.as_slice() {
-                    _ if method => Some(format!("`{text}` is a method; write `.{text}()`")),
-                    [] => None,
-                    known => Some(format!("its fields are `{}`", known.join("`, `"))),
-                }
-            }),
-        };
-        self.error_help(
-            name.span,
-            format!("unknown field `{text}`"),
-            format!("no such field on {}", ty.said()),
-            help,
-        )
-    }
-
-    fn body_field(&mut self, body: u16, role: Role, span: Span) -> Value {
-        if let (Role::Velocity | Role::AngularVelocity, Some(purpose)) = (role, self.purpose) {
-            let what = match purpose.kind {
-                FunctionKind::Constraint { .. } => {
-                    Some(("constraint", "damping is added to every constraint"))
-                }
-                FunctionKind::Energy => Some(("energy", "for a force that depends on velocity")),
-                FunctionKind::Force | FunctionKind::Helper => None,
-            };
-            if let Some((what, _)) = what {
-                let help = if what == "constraint" {
-                    "leave it to the `damping` of the constraint, or write a `#[force]`"
-                } else {
-                    "write a `#[force]` beside the energy"
-                };
-                return self.error_help(
-                    span,
-                    format!("{} {what} reads a velocity", if what == "energy" { "an" } else { "a" }),
-                    format!("`{}` may depend on positions and orientations only", purpose.name),
-                    Some(help.to_owned()),
-                );
-            }
-        }
-        let Some(slot) = self.graph.signature.body_slot(body, role) else { return Value::Poison };
-        match role {
-            Role::Orientation => Value::Quat(Quaternion::stored(slot)),
-            _ => Value::Vector(self.graph.triple(slot)),
-        }
-    }
-
-    pub(super) fn index(&mut self, base: Value, at: Value, span: Span, at_span: Span) -> Value {
-        if base.is_poison() || at.is_poison() {
-            return Value::Poison;
-        }
-        let found = match &base {
-            Value::Matrix2(_) | Value::Matrix3(_) => {
-                let n = if matches!(base, Value::Matrix2(_)) { 2 } else { 3 };
-                let Some((row, column)) = self.matrix_index(&at, n, at_span) else { return Value::Poison };
-                return Value::Real(self.matrix_entry(&base, row, column));
-            }
-            Value::Vector(_) => 3,
-            Value::Few(entries) => entries.len(),
-            Value::Array(composite) => composite.elements.len(),
-            Value::Row(_) => 0,
-            other => {
-                let help = match other {
-                    Value::Tuple(_) => Some("write `.0`, `.1` for the elements of a tuple".to_owned()),
-                    Value::Quat(_) => Some("the parts of a quaternion are `i`, `j`, `k` and `w`".to_owned()),
-                    _ => None,
-                };
-                let said = other.ty().said();
-                return self.error_help(
-                    span,
-                    format!("{said} cannot be indexed"),
-                    format!("this is {said}"),
-                    help,
-                );
-            }
-        };
-        let Some(k) = self.one_index(&at, found, at_span) else { return Value::Poison };
-        match &base {
-            Value::Vector(v) => Value::Real(self.graph.component(*v, k as u8)),
-            Value::Few(entries) => Value::Real(entries[k]),
-            Value::Array(composite) => composite.elements[k].clone(),
-            _ => Value::Poison,
-        }
-    }
-
-    /// An index below a length.
-    pub(super) fn one_index(&mut self, at: &Value, length: usize, span: Span) -> Option<usize> {
-        let Value::Integer(k) = at else {
-            let said = at.ty().said();
-            let help = match at {
-                Value::Real(_) => Some("write an integer, `0`, or the variable of a loop".to_owned()),
-                _ => None,
-            };
-            if !at.is_poison() {
-                self.error_help(
-                    span,
-                    format!("an index is an integer, not {said}"),
-                    format!("this is {said}"),
-                    help,
-                );
-            }
-            return None;
-        };
-        match usize::try_from(*k) {
-            Ok(k) if k < length => Some(k),
-            _ => {
-                self.error(
-                    span,
-                    "an index out of range",
-                    format!("{k} is not among 0 to {}", length.saturating_sub(1)),
-                );
-                None
-            }
-        }
-    }
-
-    /// A row and a column below n.
-    pub(super) fn matrix_index(&mut self, at: &Value, n: usize, span: Span) -> Option<(usize, usize)> {
-        match at {
-            Value::Tuple(pair) if pair.elements.len() == 2 => {
-                let row = self.one_index(&pair.elements[0], n, span)?;
-                Some((row, self.one_index(&pair.elements[1], n, span)?))
-            }
-            other => {
-                let said = other.ty().said();
-                self.error_help(
-                    span,
-                    "a matrix is indexed by row and column",
-                    format!("this is {said}"),
-                    Some("write `m[(row, column)]`".to_owned()),
-                );
-                None
-            }
-        }
-    }
-
-    pub(super) fn matrix_entry(&mut self, matrix: &Value, row: usize, column: usize) -> Real {
-        match matrix {
-            Value::Matrix2(entries) => entries[2 * row + column],
-            Value::Matrix3(m) => matrices::entry(&mut self.graph, *m, row, column),
-            other => unreachable!("checked to be a matrix: {other:?}"),
-        }
-    }
-
     // ---- composites
 
     fn array(&mut self, elements: &[ExprId], span: Span) -> Value {
@@ -405,7 +214,8 @@ impl<'a> Elaborator<'a> {
                 &format!("`{}` of a wrench is a vector of three", name.text),
             );
             let Some(k) = ["force", "torque"].iter().position(|known| *known == name.text) else {
-                let help = suggest::did_you_mean(&name.text, ["force", "torque"]);
+                let help = suggest::did_you_mean(&name.text, ["force", "torque"])
+                    .or_else(|| Some("its fields are `force` and `torque`".to_owned()));
                 self.error_help(
                     name.span,
                     format!("unknown field `{}`", name.text),
@@ -453,54 +263,6 @@ impl<'a> Elaborator<'a> {
                 "`as` turns an integer into a `Real`",
                 None,
             ),
-        }
-    }
-
-    // ---- types and lengths
-
-    /// The type a text names.
-    pub(crate) fn resolve(&mut self, ty: &ast::Type) -> Type {
-        match &ty.kind {
-            TypeKind::Error => Type::Poison,
-            TypeKind::Tuple(types) => Type::Tuple(types.iter().map(|ty| self.resolve(ty)).collect()),
-            TypeKind::Array(element, length) => {
-                let element = self.resolve(element);
-                match self.array_length(*length) {
-                    Some(length) => Type::Array(Box::new(element), length),
-                    None => Type::Poison,
-                }
-            }
-            TypeKind::Named(name) => {
-                if let Some(known) = Type::named(name) {
-                    return known;
-                }
-                let other = crate::syntax::OTHER_NAMES.iter().find(|(other, _)| other == name);
-                let help = match other {
-                    Some((_, ours)) => Some(format!("write `{ours}`")),
-                    None => suggest::did_you_mean(name, Type::names()),
-                };
-                self.error_help(
-                    ty.span,
-                    format!("unknown type `{name}`"),
-                    "no type of the force language",
-                    help,
-                );
-                Type::Poison
-            }
-        }
-    }
-
-    /// The length of an array, at least one.
-    pub(super) fn array_length(&mut self, id: ExprId) -> Option<u32> {
-        let span = self.frame.expressions[id].span;
-        let value = self.expr(id);
-        match self.expect(value, &Type::Integer, span, "the length of an array is an integer constant") {
-            Value::Integer(n) if n >= 1 && n as u64 <= LARGEST_VALUE => Some(n as u32),
-            Value::Integer(n) => {
-                self.error(span, "a length out of range", format!("{n} is not among 1 to {LARGEST_VALUE}"));
-                None
-            }
-            _ => None,
         }
     }
 

@@ -111,9 +111,9 @@ fn signature(
             );
         }
         let parameter = ty.parameter();
-        let Some(parameter) = parameter.filter(|ty| ty.length() <= LARGEST_VALUE) else {
-            let label = match parameter_length(ty) {
-                Some(length) => format!("{length} reals; a parameter has at most {LARGEST_VALUE}"),
+        let Some(parameter) = parameter.filter(|_| ty.reals() <= LARGEST_VALUE) else {
+            let label = match ty.parameter() {
+                Some(_) => format!("{} reals; a parameter has at most {LARGEST_VALUE}", ty.reals()),
                 None => format!("this is {}", ty.said()),
             };
             let help = match ty {
@@ -161,10 +161,6 @@ fn signature(
     }
     diagnostics.append(&mut elaborator.diagnostics);
     (diagnostics.len() == before && !poisoned).then_some(signature)
-}
-
-fn parameter_length(ty: &Type) -> Option<u64> {
-    ty.parameter().map(|ty| ty.length())
 }
 
 /// Notes one clause of `#[domain(…)]` in the signature.
@@ -416,7 +412,7 @@ fn contains_body(ty: &Type) -> bool {
 fn any(e: &mut Elaborator<'_>, ty: &Type, next_body: &mut u16) -> Value {
     if let Some(parameter) = ty.parameter() {
         let count = e.graph.signature.parameters.len();
-        if parameter.length() > LARGEST_VALUE || count > 10 * MOST_ARGUMENTS {
+        if ty.reals() > LARGEST_VALUE || count > 10 * MOST_ARGUMENTS {
             return Value::Poison;
         }
         let slot = e.graph.signature.parameter_slot(count, 0);

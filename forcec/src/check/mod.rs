@@ -3,18 +3,23 @@
 //! In: a parsed file. Out: one [`Definition`] a force function, and warnings; or every message about names, types,
 //! shapes and ranges. Promise: what passes needs no further checks: later stages do not fail on it.
 
+mod assignments;
 mod builtins;
 mod calls;
 mod elaborator;
 mod expressions;
 mod forces;
+mod inline;
 mod matrices;
 mod names;
 mod operators;
+mod parts;
 mod program;
 mod quaternions;
 mod ranges;
+mod resolve;
 mod risks;
+mod rows;
 mod scope;
 mod statements;
 mod types;
@@ -25,7 +30,7 @@ pub use builtins::reference;
 use crate::definition::Definition;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::syntax::ast::{Expressions, File, FunctionKind};
-use crate::syntax::with_deep_stack;
+use crate::syntax::{report, with_deep_stack};
 use crate::vector::Graph;
 use elaborator::{Elaborator, Frame};
 use program::{FunctionType, Program};
@@ -70,7 +75,7 @@ fn check_here(file: &File) -> Result<Checked, Diagnostics> {
     // A mistake in a loop or in a helper is met many times; of the messages about one place the first is enough.
     let mut places = BTreeSet::new();
     let errors = errors.into_iter().filter(|error| error.span.is_none_or(|span| places.insert(span)));
-    Err(Diagnostics::new(file.source.clone(), errors.collect()))
+    Err(report(file.source.clone(), errors.collect()))
 }
 
 /// A function of a checked file on a graph that simplifies nothing: the reference for everything that is derived.

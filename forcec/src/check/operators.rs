@@ -1,6 +1,6 @@
 //! Operators between values.
 
-use super::elaborator::{Elaborator, REAL_LITERAL};
+use super::elaborator::Elaborator;
 use super::matrices::{self, Matrix3};
 use super::quaternions;
 use super::risks::RiskKind;
@@ -255,7 +255,7 @@ fn mismatch(e: &mut Elaborator<'_>, op: BinaryOp, x: &Value, y: &Value, span: Sp
         )
     };
     let help = match (op, &left, &right) {
-        (_, Type::Integer, _) | (_, _, Type::Integer) => Some(REAL_LITERAL),
+        (_, Type::Integer, _) | (_, _, Type::Integer) => Some("write `(i as Real)` for an integer `i`"),
         (BinaryOp::Multiply, Type::Vector(_), Type::Vector(_)) => Some(
             "for the inner product write `u.dot(&v)`, for the vector product `u.cross(&v)`, entry by entry `u.component_mul(&v)`",
         ),

@@ -3,11 +3,14 @@
 use super::types::Type;
 use crate::bodies::BodyKind;
 use crate::diagnostic::Diagnostic;
+use crate::span::Span;
 use crate::syntax::ast::{Constant, File, Function, Name};
 use std::collections::BTreeMap;
 
 /// What a file defines.
 pub(crate) struct Program<'a> {
+    /// The text, for messages that quote it.
+    text: &'a str,
     pub(crate) functions: &'a [Function],
     pub(crate) constants: &'a [Constant],
     function_names: BTreeMap<&'a str, usize>,
@@ -30,6 +33,7 @@ impl<'a> Program<'a> {
     /// The tables of a file; of two functions or constants of one name the first counts.
     pub(crate) fn new(file: &'a File, diagnostics: &mut Vec<Diagnostic>) -> Program<'a> {
         let mut program = Program {
+            text: &file.source.text,
             functions: &file.functions,
             constants: &file.constants,
             function_names: BTreeMap::new(),
@@ -73,6 +77,13 @@ impl<'a> Program<'a> {
             }
         }
         program
+    }
+
+    /// The text of a place, if it is a literal.
+    pub(crate) fn literal(&self, span: Span) -> Option<&'a str> {
+        let text = self.text.get(span.start as usize..span.end as usize)?;
+        let digits = text.starts_with(|c: char| c.is_ascii_digit());
+        (digits && text.chars().all(|c| c.is_ascii_digit() || matches!(c, '.' | '_'))).then_some(text)
     }
 
     pub(crate) fn function(&self, name: &str) -> Option<usize> {

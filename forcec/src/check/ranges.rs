@@ -179,13 +179,18 @@ fn vector(graph: &Graph, ranges: &Ranges, node: &Node) -> Option<(Interval, [Int
     Some(match node {
         Node::Triple(slot) => {
             let (entry, unit) = stated(graph, *slot);
-            let three = graph
-                .signature
-                .parameter(*slot)
-                .is_none_or(|p| !matches!(p.ty, crate::bodies::ParameterType::Quaternion));
-            let entries = [entry; 3];
-            (if unit && three { Interval::point(1.0) } else { length(entries) }, entries)
+            let quaternion = graph.signature.role(*slot) == Some(Role::Orientation)
+                || graph.signature.parameter(*slot).is_some_and(|p| innermost_is_quaternion(&p.ty));
+            let most = Interval::new(0.0, 1.0);
+            let length = match (unit, quaternion) {
+                (true, false) => Interval::point(1.0),
+                // Three of the four entries of a unit quaternion.
+                (true, true) => most,
+                _ => length([entry; 3]),
+            };
+            (length, [entry; 3])
         }
+        Node::TurnVector(_) => (Interval::new(0.0, 1.0), within(Interval::new(0.0, 1.0))),
         Node::Difference(..) => (length([Interval::ALL; 3]), [Interval::ALL; 3]),
         Node::VectorSum(terms) => {
             let mut sum = [Interval::point(0.0); 3];
@@ -243,6 +248,7 @@ fn real(graph: &Graph, ranges: &Ranges, node: &Node) -> Interval {
     match node {
         Node::Constant(value) => Interval::point(value.to_f64()).except_zero(!value.is_zero()),
         Node::Entry(slot) => stated(graph, *slot).0,
+        Node::TurnReal(_) => Interval::new(-1.0, 1.0),
         Node::Sum(constant, terms) => {
             let start = Interval::point(constant.to_f64()).except_zero(!constant.is_zero());
             terms.iter().fold(start, |sum, (c, term)| sum.add(of(term).mul(Interval::point(c.to_f64()))))

@@ -135,9 +135,9 @@ fn call(function: Function, range: Interval, span: Span) -> Option<Diagnostic> {
     };
     let help = match function {
         Function::Acos | Function::Asin => {
-            "for the angle between two vectors write `u.cross(&v).norm().atan2(u.dot(&v))`".to_owned()
+            "keep it inside, as in `x.clamp(-0.999, 0.999)`, or take the angle by `atan2`".to_owned()
         }
-        Function::Sqrt => {
+        Function::Sqrt if range.low >= 0.0 => {
             "add a positive constant, as in `(x + 1e-12).sqrt()`, or state its range with `#[domain(…)]`"
                 .to_owned()
         }

@@ -98,6 +98,17 @@ impl Type {
         })
     }
 
+    /// How many reals a parameter of this type holds.
+    pub(crate) fn reals(&self) -> u64 {
+        match self {
+            Type::Vector(n) => u64::from(*n),
+            Type::Matrix(n) => u64::from(n * n),
+            Type::Quat => 4,
+            Type::Array(element, n) => element.reals().saturating_mul(u64::from(*n)),
+            _ => 1,
+        }
+    }
+
     /// How many rows of a constraint a value of this type is, if it can be rows.
     pub(crate) fn rows(&self) -> Option<u64> {
         match self {

@@ -1,11 +1,11 @@
 //! `forcec build`: force files to kernels on disk.
 
-use super::files::{Output, write};
-use super::{Failure, Input, Outcome, RealArgument, TargetArgument};
+use super::files::{Output, Unit, write};
+use super::{Failure, Input, Outcome, RealArgument, TargetArgument, complain};
 use crate::kernel::{Precision, Target};
 use crate::targets::emit;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
 pub(super) struct Build {
@@ -46,11 +46,7 @@ impl Build {
                     let path = self.out.join(&generated.name);
                     let old = files.insert(path.clone(), generated.text);
                     if old.is_some_and(|old| old != files[&path]) {
-                        return Err(Failure::Input(format!(
-                            "error: two force files would both be written to `{}`\n  = help: give the files \
-                             different names, or build them into different folders",
-                            path.display()
-                        )));
+                        return Err(Failure::Input(collision(unit, &path)));
                     }
                 }
             }
@@ -61,14 +57,28 @@ impl Build {
         }
         let mut differ = false;
         for output in &outputs {
-            let state = match std::fs::read_to_string(&output.path) {
-                Ok(old) if old == output.text => continue,
-                Ok(_) => "differs",
-                Err(_) => "is missing",
+            let state = match std::fs::read(&output.path) {
+                Ok(old) if old == output.text.as_bytes() => continue,
+                Ok(_) => "differs".to_owned(),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => "is missing".to_owned(),
+                Err(error) => format!("cannot be read: {error}"),
             };
-            eprintln!("{} {state}", output.path.display());
+            complain(&format!("{} {state}", output.path.display()));
             differ = true;
         }
         if differ { Err(Failure::Check) } else { Ok(()) }
     }
+}
+
+/// The message about a file that would be written twice.
+fn collision(unit: &Unit, output: &Path) -> String {
+    let help = if unit.path.file_stem().is_some_and(|stem| stem == "forcec") {
+        "`forcec.h` holds the body types; rename the force file"
+    } else {
+        "give the files different names, or build them into different folders"
+    };
+    let (unit, output) = (unit.path.display(), output.display());
+    format!(
+        "error: the kernels of `{unit}` would overwrite another file of this build, `{output}`\n  = help: {help}"
+    )
 }

@@ -2,8 +2,8 @@
 
 use super::{Failure, Input, Outcome, Progress, print};
 use crate::verify::{self, CheckOptions, Report, Subject};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 #[derive(clap::Args)]
 pub(super) struct Check {
@@ -25,22 +25,19 @@ impl Check {
         std::thread::scope(|scope| {
             for _ in 0..threads {
                 scope.spawn(|| {
-                    while let Some(function) = functions.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        let Some(function) = functions.get(index) else { break };
                         let subject = Subject { source: &function.source, program: &function.program };
                         let report = verify::check(&subject, &CheckOptions::default());
                         progress.step(&function.kernel.name);
-                        let index =
-                            functions.iter().position(|f| std::ptr::eq(*f, *function)).unwrap_or(usize::MAX);
-                        reports
-                            .lock()
-                            .unwrap_or_else(std::sync::PoisonError::into_inner)
-                            .push((index, report));
+                        reports.lock().unwrap_or_else(PoisonError::into_inner).push((index, report));
                     }
                 });
             }
         });
         drop(progress);
-        let mut reports = reports.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut reports = reports.into_inner().unwrap_or_else(PoisonError::into_inner);
         reports.sort_by_key(|(index, _)| *index);
         let reports: Vec<Report> = reports.into_iter().map(|(_, report)| report).collect();
         print(&if self.json { verify::json(&reports) } else { verify::table(&reports) })?;

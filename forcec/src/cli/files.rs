@@ -1,6 +1,6 @@
 //! Files in and out: finding force files, compiling them together, writing results whole or not at all.
 
-use super::{Failure, Input, Progress, colour};
+use super::{Failure, Input, Progress, colour, complain};
 use crate::compile::{Compiled, compile};
 use crate::diagnostic::Diagnostics;
 use crate::kernel::{File, Precision};
@@ -34,13 +34,13 @@ impl Input {
     /// Reads, checks and compiles everything asked for. Warnings are printed, errors of all files collected.
     pub(super) fn compile(&self) -> Result<Vec<Unit>, Failure> {
         let mut paths = Vec::new();
+        let mut errors: Vec<String> = Vec::new();
         for path in &self.paths {
-            find(path, true, &mut paths)?;
+            find(path, true, &mut paths, &mut errors);
         }
         let mut seen = std::collections::BTreeSet::new();
         paths.retain(|path| seen.insert(fs::canonicalize(path).unwrap_or_else(|_| path.clone())));
         let mut sources = Vec::new();
-        let mut errors: Vec<String> = Vec::new();
         for path in paths {
             match read(&path) {
                 Ok(text) if syntax::mentions_forces(&text) => {
@@ -65,14 +65,14 @@ impl Input {
             match compile(&source, &|name| self.only.is_empty() || self.only.iter().any(|only| only == name))
             {
                 Ok(compiled) => units.push(Unit { path, compiled }),
-                Err(diagnostics) => errors.push(message(&diagnostics)),
+                Err(diagnostics) => errors.push(diagnostics.render(colour())),
             }
         }
         drop(progress);
         for unit in &units {
             let warnings = Diagnostics::new(unit.compiled.source.clone(), unit.compiled.warnings.clone());
             if !warnings.list.is_empty() {
-                eprintln!("{}\n", warnings.render(colour()));
+                complain(&(warnings.render(colour()) + "\n"));
             }
         }
         if errors.is_empty() {
@@ -97,43 +97,40 @@ impl Input {
     }
 }
 
-fn message(diagnostics: &Diagnostics) -> String {
-    diagnostics.render(colour())
+/// A file as it was named; a folder's Rust files, recursively, in sorted order.
+fn find(path: &Path, named: bool, found: &mut Vec<PathBuf>, errors: &mut Vec<String>) {
+    let metadata = match fs::metadata(path) {
+        Ok(metadata) => metadata,
+        Err(error) => return errors.push(unreadable(path, &error)),
+    };
+    if !metadata.is_dir() {
+        if named || path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path.to_owned());
+        }
+        return;
+    }
+    let mut entries = match fs::read_dir(path).and_then(Iterator::collect::<std::io::Result<Vec<_>>>) {
+        Ok(entries) => entries,
+        Err(error) => return errors.push(unreadable(path, &error)),
+    };
+    entries.sort_by_key(fs::DirEntry::file_name);
+    for entry in entries {
+        let path = entry.path();
+        let hidden = entry.file_name().to_string_lossy().starts_with('.') && path.is_dir();
+        // A link is not followed into a folder, so that a loop of links ends.
+        let folder_link = path.is_symlink() && path.is_dir();
+        if !hidden && !folder_link && path.exists() {
+            find(&path, false, found, errors);
+        }
+    }
 }
 
-/// A file as it was named; a folder's Rust files, recursively, in sorted order.
-fn find(path: &Path, named: bool, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    let unreadable =
-        |error: std::io::Error| Failure::Input(format!("error: cannot read `{}`: {error}", path.display()));
-    if fs::metadata(path).map_err(unreadable)?.is_dir() {
-        let hidden = path
-            .file_name()
-            .is_some_and(|name| name.to_string_lossy().starts_with('.') && name != "." && name != "..");
-        if hidden && !named {
-            return Ok(());
-        }
-        let mut entries = Vec::new();
-        for entry in fs::read_dir(path).map_err(unreadable)? {
-            entries.push(entry.map_err(unreadable)?);
-        }
-        entries.sort_by_key(fs::DirEntry::file_name);
-        for entry in entries {
-            // A link is not followed into a folder, so that a loop of links ends.
-            let kind = entry.file_type().map_err(unreadable)?;
-            let folder_link = kind.is_symlink() && entry.path().is_dir();
-            if !folder_link && entry.path().exists() {
-                find(&entry.path(), false, found)?;
-            }
-        }
-    } else if named || path.extension().is_some_and(|extension| extension == "rs") {
-        found.push(path.to_owned());
-    }
-    Ok(())
+fn unreadable(path: &Path, error: &std::io::Error) -> String {
+    format!("error: cannot read `{}`: {error}", path.display())
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    let bytes =
-        fs::read(path).map_err(|error| format!("error: cannot read `{}`: {error}", path.display()))?;
+    let bytes = fs::read(path).map_err(|error| unreadable(path, &error))?;
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..offset].iter().filter(|b| **b == b'\n').count() + 1;
@@ -187,8 +184,11 @@ pub(super) fn write(folder: &Path, outputs: &[Output]) -> Result<(), Failure> {
     let mut waiting: Vec<(PathBuf, &Path)> = Vec::new();
     let written = (|| {
         for output in outputs {
-            if fs::read_to_string(&output.path).is_ok_and(|old| old == output.text) {
+            if fs::read(&output.path).is_ok_and(|old| old == output.text.as_bytes()) {
                 continue;
+            }
+            if output.path.is_dir() {
+                return Err(failed(&output.path, std::io::ErrorKind::IsADirectory.into()));
             }
             let name = output.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
             let temporary = folder.join(format!(".{name}.{}", std::process::id()));

@@ -10,7 +10,7 @@ mod stats;
 
 use crate::kernel::{Precision, Target};
 use clap::{CommandFactory, Parser, Subcommand};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -90,7 +90,6 @@ pub fn main() -> ExitCode {
     let outcome = match arguments.command {
         Command::Build(build) => build.run(),
         Command::Check(check) => check.run(),
-
         Command::Show(show) => show.run(),
         Command::Stats(stats) => stats.run(),
         Command::Completions { shell } => {
@@ -103,7 +102,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Check) => ExitCode::from(1),
         Err(Failure::Input(message)) => {
-            eprintln!("{message}");
+            complain(&message);
             ExitCode::from(2)
         }
     }
@@ -111,13 +110,18 @@ pub fn main() -> ExitCode {
 
 /// Prints to standard output; a reader that has gone away ends the program quietly.
 fn print(text: &str) -> Outcome {
-    use std::io::Write;
-    match std::io::stdout().write_all(text.as_bytes()) {
+    let mut out = std::io::stdout();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Failure::Input(format!("error: cannot write to standard output: {error}")))
         }
         _ => Ok(()),
     }
+}
+
+/// Prints a line to standard error, whether or not somebody still reads it.
+fn complain(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Whether messages may be coloured: only on a terminal, and never under `NO_COLOR`.

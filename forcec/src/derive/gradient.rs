@@ -194,7 +194,12 @@ fn propagate_vector(
             let back = g.rotate(quaternion, !inverse, adjoint);
             if g.signature.role(quaternion).is_some() {
                 // p·D(R v) = (R v × p)·δθ,  p·D(Rᵀ v) = (R p × v)·δθ
-                let torque = if inverse { g.cross(back, v) } else { g.cross(node, adjoint) };
+                let torque = if inverse {
+                    g.cross(back, v)
+                } else {
+                    let rotated = g.rotate(quaternion, false, v);
+                    cross_terms(g, rotated, adjoint)
+                };
                 adjoints.variable(Variable::Rotation(quaternion), Exact::ONE, torque);
             }
             adjoints.vector(v, back);
@@ -216,11 +221,27 @@ fn propagate_vector(
             }
         }
         Node::VectorLet(v) => {
+            if matches!(lie.graph.node(v.index()), Node::Rotate(..)) {
+                // The adjoint of an arm goes into one cross product, where it is better seen through.
+                adjoints.vector(v, adjoint);
+                return;
+            }
             let name = format!("adjoint_{}", lie.graph.name(index).unwrap_or("value"));
             let held = lie.graph.let_vector(&name, adjoint);
             adjoints.vector(v, held);
         }
         _ => {}
+    }
+}
+
+/// u × v, term by term where v is a sum of scaled vectors: the products are those of the other body, too.
+fn cross_terms(g: &mut Graph, u: Vector, v: Vector) -> Vector {
+    match g.node(v.index()).clone() {
+        Node::VectorSum(terms) if terms.iter().all(|(_, t)| matches!(g.node(t.index()), Node::Scale(..))) => {
+            let terms = terms.iter().map(|(c, term)| (c.clone(), g.cross(u, *term))).collect();
+            g.vector_sum(terms)
+        }
+        _ => g.cross(u, v),
     }
 }
 
@@ -249,11 +270,5 @@ fn turn_adjoint(
 /// (D v)ᵀ x
 fn transpose_times(lie: &mut Lie, v: Vector, variable: Variable, x: Vector) -> Vector {
     let matrix = lie.matrix(v, variable);
-    let g = &mut lie.graph;
-    let mut terms = vec![(Exact::ONE, g.scale(matrix.identity, x)), (Exact::ONE, g.cross(x, matrix.skew))];
-    for &(left, right) in &matrix.outer {
-        let along = g.dot(left, x);
-        terms.push((Exact::ONE, g.scale(along, right)));
-    }
-    g.vector_sum(terms)
+    matrix.transpose_times(&mut lie.graph, x)
 }

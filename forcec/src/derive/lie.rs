@@ -4,7 +4,7 @@
 //! derivative as a vector, for a vector a [`Matrix`]. A variable is a stored triple that moves by δ, a pinned
 //! difference taken as a whole, or an orientation that turns by δθ: D_θ (q·r) = −[q·r]×.
 
-use super::matrix::Matrix;
+use super::matrix::{self, Matrix};
 use crate::bodies::{Role, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
@@ -216,7 +216,10 @@ impl Lie {
                     let w = self.graph.entry(Slot { offset: 3, ..*slot });
                     let imaginary = self.graph.triple(*slot);
                     let skew = self.graph.vector_sum(vec![(-half.clone(), imaginary)]);
-                    Matrix { identity: self.graph.scaled(half, w), skew, outer: Vec::new() }
+                    {
+                        let identity = self.graph.scaled(half, w);
+                        Matrix::skew(&mut self.graph, identity, skew)
+                    }
                 }
                 _ => Matrix::zero(&mut self.graph),
             },
@@ -239,20 +242,17 @@ impl Lie {
                 let row = self.row_of(*s, variable);
                 let matrix = self.matrix_of(*v, variable);
                 let g = &mut self.graph;
-                if let Node::Product(factors) = g.node(s.index()) {
-                    if let [(norm, -1)] = **factors {
-                        if *g.node(norm.index()) == Node::Norm(*v) {
-                            // n = d/|d|: dn = (dd − n (nᵀ dd))/|d|
-                            let unit = g.scale(*s, *v);
-                            debug_assert!(
-                                unit.0 == index || !matches!(g.node(unit.index()), Node::Scale(..))
-                            );
-                            let along = matrix.row_times(g, unit);
-                            let along = Matrix::outer(g, vec![(unit, along)]);
-                            let across = Matrix::sum(g, &[(Exact::ONE, &matrix), (-Exact::ONE, &along)]);
-                            return across.scale(g, *s);
-                        }
-                    }
+                if let Node::Product(factors) = g.node(s.index())
+                    && let [(norm, -1)] = **factors
+                    && *g.node(norm.index()) == Node::Norm(*v)
+                {
+                    // n = d/|d|: dn = (dd − n (nᵀ dd))/|d|
+                    let unit = g.scale(*s, *v);
+                    debug_assert!(unit.0 == index || !matches!(g.node(unit.index()), Node::Scale(..)));
+                    let along = matrix.row_times(g, unit);
+                    let along = Matrix::outer(g, vec![(unit, along)]);
+                    let across = Matrix::sum(g, &[(Exact::ONE, &matrix), (-Exact::ONE, &along)]);
+                    return across.scale(g, *s);
                 }
                 let scaled = matrix.scale(g, *s);
                 let turned = Matrix::outer(g, vec![(*v, row)]);
@@ -274,11 +274,12 @@ impl Lie {
                 let g = &mut self.graph;
                 let turned = if *inverse {
                     // D (Rᵀ v) = Rᵀ [v]×
-                    Matrix::skew(g, *v).rotate_left(g, *quaternion, true)
+                    let zero = g.zero();
+                    Matrix::skew(g, zero, *v).rotate_left(g, *quaternion, true)
                 } else {
                     let rotated = g.rotate(*quaternion, false, *v);
-                    let opposite = g.vector_neg(rotated);
-                    Matrix::skew(g, opposite)
+                    let (zero, opposite) = (g.zero(), g.vector_neg(rotated));
+                    Matrix::skew(g, zero, opposite)
                 };
                 Matrix::sum(g, &[(Exact::ONE, &turned), (Exact::ONE, &inner)])
             }
@@ -293,24 +294,22 @@ impl Lie {
             }
             Node::Pack(entries) => {
                 let rows = entries.map(|x| self.row_of(x, variable));
-                self.from_rows(rows)
+                self.stacked(rows)
             }
             Node::VectorSelect(condition, u, v) => {
                 let (du, dv) = (self.matrix_of(*u, variable), self.matrix_of(*v, variable));
                 let g = &mut self.graph;
-                if du.outer.is_empty() && dv.outer.is_empty() {
-                    return Matrix {
-                        identity: g.select(*condition, du.identity, dv.identity),
-                        skew: g.vector_select(*condition, du.skew, dv.skew),
-                        outer: Vec::new(),
-                    };
+                if du.is_simple() && dv.is_simple() {
+                    let identity = g.select(*condition, du.identity, dv.identity);
+                    let skew = g.vector_select(*condition, du.skew, dv.skew);
+                    return Matrix::skew(g, identity, skew);
                 }
                 let rows = [0, 1, 2].map(|axis| {
                     let basis = g.basis(axis);
                     let (x, y) = (du.row_times(g, basis), dv.row_times(g, basis));
                     g.vector_select(*condition, x, y)
                 });
-                self.from_rows(rows)
+                self.stacked(rows)
             }
             Node::VectorLet(v) => (*self.matrix_of(*v, variable)).clone(),
             _ => unreachable!("{node:?} is no vector"),
@@ -322,7 +321,7 @@ impl Lie {
         Matrix::identity(&mut self.graph, s)
     }
 
-    fn from_rows(&mut self, rows: [Vector; 3]) -> Matrix {
+    fn stacked(&mut self, rows: [Vector; 3]) -> Matrix {
         let g = &mut self.graph;
         let outer = rows.iter().enumerate().map(|(axis, row)| (g.basis(axis as u8), *row)).collect();
         Matrix::outer(g, outer)
@@ -395,16 +394,12 @@ impl Turned {
 
     /// The derivative of the vector part, without the coefficient: (w I ∓ [u]×) R.
     fn matrix(&self, g: &mut Graph, u: Vector, w: Real) -> Matrix {
+        let skew = if self.right { u } else { g.vector_neg(u) };
         if self.rotations.is_empty() {
-            let skew = if self.right { u } else { g.vector_neg(u) };
-            return Matrix { identity: w, skew, outer: Vec::new() };
+            return Matrix::skew(g, w, skew);
         }
-        let columns = [0, 1, 2].map(|axis| {
-            let basis = g.basis(axis);
-            let column = self.rotate(g, basis);
-            (self.vector_part(g, column, u, w), basis)
-        });
-        Matrix::outer(g, columns.into())
+        let turned = matrix::Turned { identity: w, skew, rotations: self.rotations.clone() };
+        Matrix { turned: Some(turned), ..Matrix::zero(g) }
     }
 }
 

@@ -131,6 +131,10 @@ impl Rates<'_> {
             }
             Node::VectorLet(v) => {
                 let rate = self.vector_of(v);
+                if matches!(self.graph.node(v.index()), Node::Rotate(..)) {
+                    // ω × r of an arm is better seen through: ω·(r × f) is wanted of it.
+                    return Rate::Vector(rate);
+                }
                 let name = self.rate_name(index);
                 Rate::Vector(self.graph.let_vector(&name, rate))
             }

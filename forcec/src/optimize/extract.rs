@@ -15,20 +15,46 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 struct Divisor {
     first: Monomial,
     second: Monomial,
-    ratio: Exact,
+    ratio: Ratio,
+}
+
+/// One coefficient over another; nearly always a sign.
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Ratio {
+    Same,
+    Opposite,
+    Other(Exact),
+}
+
+impl Ratio {
+    fn of(a: &Exact, b: &Exact) -> Ratio {
+        if a == b {
+            return Ratio::Same;
+        }
+        let ratio = if b.is_one() { a.clone() } else { a * &b.recip() };
+        if ratio == -Exact::ONE { Ratio::Opposite } else { Ratio::Other(ratio) }
+    }
+
+    fn value(&self) -> Exact {
+        match self {
+            Ratio::Same => Exact::ONE,
+            Ratio::Opposite => -Exact::ONE,
+            Ratio::Other(ratio) => ratio.clone(),
+        }
+    }
 }
 
 #[derive(Default)]
 struct Candidate {
-    /// For each user the pairs of its terms that are a multiple of the divisor.
-    uses: BTreeMap<Atom, Vec<(Monomial, Monomial)>>,
+    /// The users with the pairs of their terms that are a multiple of the divisor, a user's uses together.
+    uses: Vec<(Atom, Monomial, Monomial)>,
     version: u32,
 }
 
 #[derive(Default)]
 struct Pair {
-    /// The products of sums that hold both factors.
-    uses: BTreeSet<(Atom, Monomial)>,
+    /// The products of sums that hold both factors, a user's uses together.
+    uses: Vec<(Atom, Monomial)>,
     version: u32,
 }
 
@@ -42,12 +68,15 @@ struct Scored {
     version: u32,
 }
 
+/// The numbers of the divisors and of the pairs that one sum offers.
+type Candidates = (Vec<u32>, Vec<u32>);
+
 struct Extraction<'n> {
     network: &'n mut Network,
     divisors: indexmap::IndexMap<Divisor, Candidate, rustc_hash::FxBuildHasher>,
     pairs: indexmap::IndexMap<(Atom, Atom), Pair, rustc_hash::FxBuildHasher>,
     /// The candidates each user takes part in.
-    of_user: FxHashMap<Atom, (Vec<u32>, Vec<(u32, Monomial)>)>,
+    of_user: FxHashMap<Atom, Candidates>,
     heap: BinaryHeap<Scored>,
     dirty_divisors: BTreeSet<u32>,
     dirty_pairs: BTreeSet<u32>,
@@ -116,7 +145,7 @@ impl Extraction<'_> {
                 let (divisor, pair) = self.divisor((*mi, ci), (*mj, cj));
                 let entry = self.divisors.entry(divisor);
                 let number = entry.index() as u32;
-                entry.or_default().uses.entry(atom).or_default().push(pair);
+                entry.or_default().uses.push((atom, pair.0, pair.1));
                 divisors.push(number);
             }
             let atoms = self.network.monomials.atoms(*mi).to_vec();
@@ -124,23 +153,26 @@ impl Extraction<'_> {
                 for &y in &atoms[j + 1..] {
                     let entry = self.pairs.entry((x, y));
                     let number = entry.index() as u32;
-                    entry.or_default().uses.insert((atom, *mi));
-                    pairs.push((number, *mi));
+                    let uses = &mut entry.or_default().uses;
+                    if uses.last() != Some(&(atom, *mi)) {
+                        uses.push((atom, *mi));
+                    }
+                    pairs.push(number);
                 }
             }
         }
         self.dirty_divisors.extend(&divisors);
-        self.dirty_pairs.extend(pairs.iter().map(|(number, _)| *number));
+        self.dirty_pairs.extend(&pairs);
         self.of_user.insert(atom, (divisors, pairs));
     }
 
     fn unindex(&mut self, atom: Atom) {
         let Some((divisors, pairs)) = self.of_user.remove(&atom) else { return };
         for &number in &divisors {
-            self.divisors[number as usize].uses.remove(&atom);
+            self.divisors[number as usize].uses.retain(|(user, ..)| *user != atom);
         }
-        for &(number, monomial) in &pairs {
-            self.pairs[number as usize].uses.remove(&(atom, monomial));
+        for &number in &pairs {
+            self.pairs[number as usize].uses.retain(|(user, _)| *user != atom);
             self.dirty_pairs.insert(number);
         }
         self.dirty_divisors.extend(divisors);
@@ -169,11 +201,11 @@ impl Extraction<'_> {
         if first < second {
             let (first, second) =
                 (self.network.monomials.intern(first), self.network.monomials.intern(second));
-            (Divisor { first, second, ratio: quotient(cj, ci) }, (mi, mj))
+            (Divisor { first, second, ratio: Ratio::of(cj, ci) }, (mi, mj))
         } else {
             let (first, second) =
                 (self.network.monomials.intern(second), self.network.monomials.intern(first));
-            (Divisor { first, second, ratio: quotient(ci, cj) }, (mj, mi))
+            (Divisor { first, second, ratio: Ratio::of(ci, cj) }, (mj, mi))
         }
     }
 
@@ -220,34 +252,42 @@ impl Extraction<'_> {
         let monomials = &self.network.monomials;
         let degree = monomials.degree(divisor.first);
         let (mut saving, mut places) = (0, 0);
-        for (atom, terms) in &candidate.uses {
-            let polynomial = self.polynomial(*atom).expect("users are sums");
-            let mut used: Vec<Monomial> = Vec::new();
-            for (first, second) in terms {
-                if used.contains(first) || used.contains(second) {
-                    continue;
-                }
-                used.extend([*first, *second]);
-                let (a, b) = (&polynomial[first], &polynomial[second]);
-                let before =
-                    term_cost(monomials.degree(*first), a) + term_cost(monomials.degree(*second), b) + 1;
-                let after = (monomials.degree(*first) - degree) as i64 + i64::from(!a.is_unit());
-                saving += before - after;
-                places += 1;
+        let mut used: Vec<Monomial> = Vec::new();
+        let mut user = None;
+        for (atom, first, second) in &candidate.uses {
+            if user != Some(*atom) {
+                user = Some(*atom);
+                used.clear();
             }
+            if used.contains(first) || used.contains(second) {
+                continue;
+            }
+            used.extend([*first, *second]);
+            let polynomial = self.polynomial(*atom).expect("users are sums");
+            let (a, b) = (&polynomial[first], &polynomial[second]);
+            let before = term_cost(monomials.degree(*first), a) + term_cost(monomials.degree(*second), b) + 1;
+            let after = (monomials.degree(*first) - degree) as i64 + i64::from(!a.is_unit());
+            saving += before - after;
+            places += 1;
         }
         let own = 1
             + monomials.degree(divisor.first).saturating_sub(1)
             + monomials.degree(divisor.second).saturating_sub(1)
-            + usize::from(!divisor.ratio.is_unit());
+            + usize::from(matches!(divisor.ratio, Ratio::Other(_)));
         (saving - own as i64, places)
     }
 
     fn take_divisor(&mut self, number: u32) {
-        let (divisor, candidate) = self.divisors.get_index(number as usize).expect("numbers are positions");
-        let (divisor, uses) = (divisor.clone(), candidate.uses.clone());
+        let (divisor, candidate) =
+            self.divisors.get_index_mut(number as usize).expect("numbers are positions");
+        let divisor = divisor.clone();
+        let mut uses: BTreeMap<Atom, Vec<(Monomial, Monomial)>> = BTreeMap::new();
+        for (atom, first, second) in std::mem::take(&mut candidate.uses) {
+            uses.entry(atom).or_default().push((first, second));
+        }
+        self.dirty_divisors.insert(number);
         let definition =
-            Polynomial::from([(divisor.first, Exact::ONE), (divisor.second, divisor.ratio.clone())]);
+            Polynomial::from([(divisor.first, Exact::ONE), (divisor.second, divisor.ratio.value())]);
         let opposite: Polynomial = definition.iter().map(|(m, c)| (*m, -c)).collect();
         let existing = uses.keys().find_map(|&atom| {
             let polynomial = self.polynomial(atom)?;
@@ -292,8 +332,9 @@ impl Extraction<'_> {
     }
 
     fn take_pair(&mut self, number: u32) {
-        let (&(x, y), pair) = self.pairs.get_index(number as usize).expect("numbers are positions");
-        let uses = pair.uses.clone();
+        let (&(x, y), pair) = self.pairs.get_index_mut(number as usize).expect("numbers are positions");
+        let uses = std::mem::take(&mut pair.uses);
+        self.dirty_pairs.insert(number);
         let product = self.network.monomials.intern(vec![x, y]);
         let definition = Polynomial::from([(product, Exact::ONE)]);
         let existing =
@@ -333,8 +374,4 @@ impl Extraction<'_> {
             self.index(target);
         }
     }
-}
-
-fn quotient(a: &Exact, b: &Exact) -> Exact {
-    if b.is_one() { a.clone() } else { a * &b.recip() }
 }

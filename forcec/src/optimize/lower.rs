@@ -463,6 +463,7 @@ impl Lowering {
 
     /// s I + [k]× + Σ u vᵀ entry by entry. Where s holds −u·v the diagonal has two products fewer.
     fn matrix(&mut self, matrix: &Matrix) -> Dense {
+        let matrix = &matrix.plain(&mut self.lie.graph);
         let mut identity = linear(&self.lie.graph, matrix.identity);
         let mut products: Vec<Dense> = Vec::new();
         let mut cancelled = Vec::new();

@@ -1,7 +1,7 @@
 //! From vectors to the fewest scalars: lowering, then passes on the scalar graph.
 //!
-//! In: [`Derived`]. Out: a [`Program`], and what every pass saved. Each pass takes a program and returns one that
-//! computes the same values; the order of the passes is the order of [`PASSES`].
+//! In: [`Derived`]. Out: a [`Program`], and what every pass saved. Each pass rewrites the network of a program into one
+//! that computes the same values; the order of the passes is the order of [`PASSES`].
 
 pub mod extract;
 pub mod lower;
@@ -18,74 +18,58 @@ pub struct Pass {
     pub name: &'static str,
     /// What it does, in one line.
     pub summary: &'static str,
-    run: fn(&Program) -> Program,
+    run: fn(&mut Network),
 }
 
 impl Pass {
     /// Applies the pass.
-    pub fn run(&self, program: &Program) -> Program {
-        (self.run)(program)
+    pub fn run(&self, network: &mut Network) {
+        (self.run)(network);
     }
 }
 
-/// Steps of factoring a program of this size may take.
+/// How many divisors and products factoring may take out of one kernel.
 const EXTRACTION_STEPS: usize = 1_000_000;
 
 /// The passes after lowering, in order.
 pub static PASSES: [Pass; 3] = [
     Pass {
         name: "collect",
-        summary: "sums and products used once become part of their user; like terms meet; equal up to sign is equal",
-        run: |program| {
-            let mut network = Network::new(program);
-            network.sweep();
-            network.program()
-        },
+        summary: "like terms meet, copies vanish, what is equal up to sign is one value",
+        run: Network::sweep,
     },
     Pass {
         name: "extract",
         summary: "the two-term sums and two-factor products that save most become values of their own",
-        run: |program| {
-            let mut network = Network::new(program);
-            extract::extract(&mut network, EXTRACTION_STEPS);
-            network.program()
-        },
+        run: |network| extract::extract(network, EXTRACTION_STEPS),
     },
     Pass {
         name: "resubstitute",
         summary: "sums are divided by existing ones, and what that frees is factored again",
-        run: |program| {
-            let mut network = Network::new(program);
-            if resubstitute::resubstitute(&mut network) {
-                extract::extract(&mut network, EXTRACTION_STEPS);
+        run: |network| {
+            if resubstitute::resubstitute(network) {
+                extract::extract(network, EXTRACTION_STEPS);
             }
-            network.program()
         },
     },
 ];
 
-/// An optimised program with the operations after each pass, lowering first.
+/// An optimised program with the operations after each pass.
 pub struct Optimized {
     /// The program.
     pub program: Program,
-    /// The lowered program before any pass.
-    pub lowered: Operations,
-    /// Operations after each pass.
+    /// Operations after lowering and after each pass.
     pub report: Vec<(&'static str, Operations)>,
 }
 
-/// Lowers and optimises. A pass that would cost operations is undone.
+/// Lowers and optimises.
 pub fn optimize(derived: Derived) -> Optimized {
-    let mut program = lower::lower(derived);
-    let lowered = program.operations();
-    let mut report = Vec::new();
+    let lowered = lower::lower(derived);
+    let mut report = vec![("lower", lowered.operations())];
+    let mut network = Network::new(&lowered);
     for pass in &PASSES {
-        let next = pass.run(&program);
-        let (before, after) = (program.operations(), next.operations());
-        if (after.total(), after.neg) <= (before.total(), before.neg) || pass.name == "collect" {
-            program = next;
-        }
-        report.push((pass.name, program.operations()));
+        pass.run(&mut network);
+        report.push((pass.name, network.operations()));
     }
-    Optimized { program, lowered, report }
+    Optimized { program: network.program(), report }
 }

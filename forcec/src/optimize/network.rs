@@ -6,7 +6,7 @@
 //! leaves.
 
 use crate::exact::Exact;
-use crate::scalar::{Graph, Id, Node, Program};
+use crate::scalar::{Graph, Id, Node, Operations, Program};
 use indexmap::IndexSet;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 use std::collections::BTreeMap;
@@ -294,29 +294,29 @@ impl Network {
             };
         }
         for (old, (_, new)) in became_sorted(&became) {
-            if let Some(name) = self.names.get(&old).cloned() {
-                if !became[&old].0 {
-                    self.names.entry(new).or_insert(name);
-                }
+            if let Some(name) = self.names.get(&old).cloned()
+                && !became[&old].0
+            {
+                self.names.entry(new).or_insert(name);
             }
         }
         let ids: Vec<Id> = self.source.outputs().collect();
         for id in ids {
             let output = self.outputs.get_mut(&id).expect("every output was read");
-            if let Output::Multiple(c, atom) = output {
-                if let Some(&(negative, other)) = became.get(atom) {
-                    *output = Output::Multiple(if negative { -&*c } else { c.clone() }, other);
-                }
+            if let Output::Multiple(c, atom) = output
+                && let Some(&(negative, other)) = became.get(atom)
+            {
+                *output = Output::Multiple(if negative { -&*c } else { c.clone() }, other);
             }
-            if let Output::Multiple(c, atom) = output {
-                if let Value::Sum(polynomial) = &self.values[*atom as usize] {
-                    if polynomial.is_empty() {
-                        *output = Output::Number(Exact::ZERO);
-                    } else if let (1, Some((m, d))) = (polynomial.len(), polynomial.first_key_value()) {
-                        if self.monomials.degree(*m) == 0 {
-                            *output = Output::Number(&*c * d);
-                        }
-                    }
+            if let Output::Multiple(c, atom) = output
+                && let Value::Sum(polynomial) = &self.values[*atom as usize]
+            {
+                if polynomial.is_empty() {
+                    *output = Output::Number(Exact::ZERO);
+                } else if let (1, Some((m, d))) = (polynomial.len(), polynomial.first_key_value())
+                    && self.monomials.degree(*m) == 0
+                {
+                    *output = Output::Number(&*c * d);
                 }
             }
         }
@@ -363,6 +363,34 @@ impl Network {
         }
     }
 
+    /// Whether a sum is a number times a product, worth keeping as a value.
+    fn is_multiple(&self, polynomial: &Polynomial) -> bool {
+        let number = |atom: &Atom| matches!(self.values[*atom as usize], Value::Number(_));
+        polynomial.len() == 1
+            && polynomial.keys().all(|monomial| {
+                let atoms = self.monomials.atoms(*monomial);
+                atoms.iter().any(number) && !atoms.iter().all(number)
+            })
+    }
+
+    /// The operations of every live atom.
+    pub fn operations(&self) -> Operations {
+        let mut total = Operations::default();
+        for atom in self.order() {
+            match &self.values[atom as usize] {
+                Value::Sum(polynomial) => {
+                    total.add += polynomial.len().saturating_sub(1);
+                    let degrees = polynomial.keys().map(|m| self.monomials.degree(*m).saturating_sub(1));
+                    total.mul += degrees.sum::<usize>();
+                    total.neg += usize::from(polynomial.values().all(Exact::is_negative));
+                }
+                Value::Leaf(id) | Value::Operation(id, _) => total += self.source.graph.cost(*id),
+                Value::Number(_) | Value::Dead => {}
+            }
+        }
+        total
+    }
+
     /// Writes the network back as a program.
     pub fn program(&self) -> Program {
         let mut graph = Graph::default();
@@ -376,6 +404,19 @@ impl Network {
                     node => unreachable!("{node:?} is no leaf"),
                 },
                 Value::Number(value) => graph.constant(value.clone()),
+                Value::Sum(polynomial) if self.is_multiple(polynomial) => {
+                    let (monomial, sign) = polynomial.first_key_value().expect("one term");
+                    let mut size = sign.clone();
+                    let mut factors = Vec::new();
+                    for &factor in self.monomials.atoms(*monomial) {
+                        match &self.values[factor as usize] {
+                            Value::Number(number) => size = &size * number,
+                            _ => factors.push((ids[factor as usize].expect("operands come first"), 1)),
+                        }
+                    }
+                    let product = graph.product(&factors);
+                    graph.held_multiple(&size, product)
+                }
                 Value::Sum(polynomial) => {
                     let mut terms = Vec::with_capacity(polynomial.len());
                     for (monomial, coefficient) in polynomial {
@@ -489,6 +530,10 @@ impl Reader<'_> {
                 }
                 vec![(coefficient, product)]
             }
+            Node::Multiple(coefficient, x) => {
+                let parts = self.inline(*x, false);
+                parts.into_iter().map(|(c, atoms)| (coefficient * &c, atoms)).collect()
+            }
             Node::Input(_) | Node::Difference(..) | Node::Known(_) => {
                 let atom = self.network.define(Value::Leaf(id));
                 if let Some(name) = self.graph.name(id) {
@@ -539,11 +584,12 @@ impl Reader<'_> {
         let multiple = self.graph.split(id).1 != id;
         let terms =
             if multiple { self.inline(id, true) } else { std::mem::take(&mut self.terms[id.index()]) };
-        if let [(c, atoms)] = terms.as_slice() {
-            if c.is_one() && atoms.len() == 1 {
-                self.atoms.insert(id, atoms[0]);
-                return atoms[0];
-            }
+        if let [(c, atoms)] = terms.as_slice()
+            && c.is_one()
+            && atoms.len() == 1
+        {
+            self.atoms.insert(id, atoms[0]);
+            return atoms[0];
         }
         let polynomial = self.network.lift(terms);
         let atom = self.network.define(Value::Sum(polynomial));

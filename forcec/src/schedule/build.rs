@@ -11,12 +11,14 @@ use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::{Expression, Name, Part, Schedule, Statement, Variable};
 use rustc_hash::FxHashMap;
+use std::ops::Range;
 
 /// The statements that compute the items' outputs.
 pub(super) fn build(signature: &Signature, items: Items) -> Schedule {
     let own_line = own_line(signature, &items);
+    let flipped = flipped(&items, &own_line);
     let mut taken = Taken::by(signature);
-    let told = names::assign(signature, &items, &own_line, &mut taken);
+    let told = names::assign(signature, &items, &own_line, &flipped, &mut taken);
     let mut stores: FxHashMap<ItemId, Vec<usize>> = FxHashMap::default();
     for (index, (_, edge)) in items.outputs.iter().enumerate() {
         if own_line[edge.item as usize] {
@@ -28,6 +30,7 @@ pub(super) fn build(signature: &Signature, items: Items) -> Schedule {
         signature,
         items: &items,
         own_line,
+        flipped,
         told,
         stores,
         values: vec![None; count],
@@ -36,6 +39,7 @@ pub(super) fn build(signature: &Signature, items: Items) -> Schedule {
         statements: Vec::new(),
         taken,
         family: Family::Output(0),
+        part: Part::Force,
     };
     builder.outputs();
     let Builder { variables, statements, .. } = builder;
@@ -61,7 +65,7 @@ fn own_line(signature: &Signature, items: &Items) -> Vec<bool> {
     }
     for (index, item) in items.items.iter().enumerate() {
         match item {
-            Item::Select(..) => own[index] = true,
+            Item::Select(..) | Item::Difference(..) => own[index] = true,
             Item::Input(slot) => own[index] |= cut::input_width(signature, *slot) > cut::LONG_INPUT,
             // No logic within logic: every language and every linter reads that alike.
             Item::And(a, b) | Item::Or(a, b) => [*a, *b].into_iter().for_each(|x| own[x as usize] = true),
@@ -82,6 +86,34 @@ fn own_line(signature: &Signature, items: &Items) -> Vec<bool> {
     own
 }
 
+/// Which named items are written down as their negative: those that are stored or passed on negated more often than
+/// not, where a sign turned around costs nothing.
+fn flipped(items: &Items, own_line: &[bool]) -> Vec<bool> {
+    let mut free = vec![false; items.items.len()];
+    let mut votes = vec![0i32; items.items.len()];
+    let mut vote = |edge: &Edge| votes[edge.item as usize] += if edge.negative { -1 } else { 1 };
+    items.outputs.iter().for_each(|(_, edge)| vote(edge));
+    for (index, item) in items.items.iter().enumerate() {
+        match item {
+            Item::Call(_, edges) => edges.iter().for_each(&mut vote),
+            Item::Select(_, x, y) | Item::Compare(_, x, y) => [x, y].into_iter().for_each(&mut vote),
+            Item::Quotient(over, under) => {
+                let factors = over.iter().chain(under);
+                factors.for_each(|&item| vote(&Edge { item, negative: false }));
+                free[index] = over.iter().any(|&x| !own_line[x as usize] && free[x as usize]);
+            }
+            Item::Sum(edges) => {
+                free[index] = edges.iter().any(|e| e.negative) && edges.iter().any(|e| !e.negative)
+            }
+            Item::Difference(..) => free[index] = true,
+            _ => {}
+        }
+    }
+    let named = items.sources.iter().map(Option::is_some);
+    let turns = own_line.iter().zip(named).zip(free.iter().zip(&votes));
+    turns.map(|((own, named), (free, votes))| *own && !named && *free && *votes < 0).collect()
+}
+
 /// What the numbered names of a subtree are numbered within.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 enum Family {
@@ -93,6 +125,8 @@ pub(super) struct Builder<'a> {
     pub(super) signature: &'a Signature,
     items: &'a Items,
     own_line: Vec<bool>,
+    /// Whether the name of an item stands for its negative.
+    flipped: Vec<bool>,
     /// Names that say what they are.
     told: Vec<Option<String>>,
     /// The outputs that are an item or its negative.
@@ -104,6 +138,8 @@ pub(super) struct Builder<'a> {
     statements: Vec<Statement>,
     taken: Taken,
     family: Family,
+    /// The part that is being written.
+    part: Part,
 }
 
 struct Frame {
@@ -115,10 +151,11 @@ struct Frame {
 impl Builder<'_> {
     fn outputs(&mut self) {
         let items = self.items;
-        let mut part = None;
+        let mut begun = None;
         for (index, &(output, edge)) in items.outputs.iter().enumerate() {
-            if part != Some(output.part) {
-                part = Some(output.part);
+            if begun != Some(output.part) {
+                begun = Some(output.part);
+                self.part = output.part;
                 self.statements.push(Statement::Heading(output.part));
                 self.zeros(output.part);
             }
@@ -126,13 +163,14 @@ impl Builder<'_> {
                 continue;
             }
             self.visit(edge.item, Family::Output(index));
+            self.store_all(edge.item);
             if !self.stored[index] {
                 self.store(index);
             }
         }
     }
 
-    /// The rectangles of zeros of a part: runs within a row, joined with the same run of the rows above.
+    /// The zeros of a part; rows with the same zeros below each other are one statement.
     fn zeros(&mut self, part: Part) {
         let count = self.signature.freedoms();
         let columns = if part == Part::Force { 1 } else { count };
@@ -140,32 +178,31 @@ impl Builder<'_> {
         for (output, edge) in self.items.outputs.iter().filter(|(output, _)| output.part == part) {
             zero[output.row * columns + output.column] = self.items.is_zero(edge.item);
         }
-        let first = self.statements.len();
-        for row in 0..count {
-            let mut column = 0;
-            while column < columns {
-                let start = column;
-                while column < columns && zero[row * columns + column] {
-                    column += 1;
+        let mut above: Option<(usize, Vec<Range<usize>>)> = None;
+        for row in 0..=count {
+            let runs = if row < count { runs(&zero[row * columns..][..columns]) } else { vec![] };
+            match above.take_if(|(_, same)| row == count || *same != runs) {
+                Some((first, columns)) if !columns.is_empty() => {
+                    self.statements.push(Statement::Zero { part, rows: first..row, columns });
                 }
-                if column > start {
-                    self.zero_run(first, part, row, start..column);
-                }
-                column += 1;
+                _ => {}
             }
+            above.get_or_insert((row, runs));
         }
     }
 
-    fn zero_run(&mut self, first: usize, part: Part, row: usize, run: std::ops::Range<usize>) {
-        for statement in &mut self.statements[first..] {
-            if let Statement::Zero { rows, columns, .. } = statement {
-                if rows.end == row && *columns == run {
-                    rows.end = row + 1;
-                    return;
-                }
+    /// Stores a value everywhere in the part that is being written.
+    fn store_all(&mut self, item: ItemId) {
+        let Some(outputs) = self.stores.remove(&item) else { return };
+        let mut later = Vec::new();
+        for index in outputs {
+            if self.items.outputs[index].0.part == self.part {
+                self.store(index);
+            } else {
+                later.push(index);
             }
         }
-        self.statements.push(Statement::Zero { part, rows: row..row + 1, columns: run });
+        self.stores.insert(item, later);
     }
 
     fn store(&mut self, index: usize) {
@@ -215,7 +252,8 @@ impl Builder<'_> {
             self.values[item as usize] = Some(value);
             return;
         }
-        let length = self.told[item as usize].as_ref().map_or(cut::NUMBERED_NAME, String::len);
+        let value = if self.flipped[item as usize] { negate(value) } else { value };
+        let length = self.told[item as usize].as_ref().map_or(self.part_width(), String::len);
         let value = self.fit(value, Room::definition(length));
         let name = match &self.told[item as usize] {
             Some(name) => name.clone(),
@@ -223,11 +261,7 @@ impl Builder<'_> {
         };
         let name = self.define(name, value);
         self.values[item as usize] = Some(Expression::Name(name));
-        if let Some(outputs) = self.stores.remove(&item) {
-            for index in outputs {
-                self.store(index);
-            }
-        }
+        self.store_all(item);
     }
 
     fn define(&mut self, name: String, value: Expression) -> Name {
@@ -240,11 +274,20 @@ impl Builder<'_> {
 
     /// The next numbered name of the family.
     fn numbered(&mut self) -> String {
-        let stem = match self.family {
+        let stem = self.stem();
+        self.taken.part(&stem)
+    }
+
+    /// How long the numbered names of the family are, about.
+    pub(super) fn part_width(&self) -> usize {
+        names::part_width(&self.stem())
+    }
+
+    fn stem(&self) -> String {
+        match self.family {
             Family::Item(item) => self.told[item as usize].clone().expect("a family has a name"),
             Family::Output(index) => names::output_name(self.signature, self.items.outputs[index].0),
-        };
-        self.taken.part(&stem)
+        }
     }
 
     /// What stands for an item; a tree is taken away by its only user.
@@ -257,7 +300,11 @@ impl Builder<'_> {
 
     fn signed(&mut self, edge: Edge) -> Expression {
         let value = self.value(edge.item);
-        if edge.negative { negate(value) } else { value }
+        if edge.negative ^ self.flipped[edge.item as usize] { negate(value) } else { value }
+    }
+
+    fn plain(&mut self, item: ItemId) -> Expression {
+        self.signed(Edge { item, negative: false })
     }
 
     fn pair(&mut self, x: ItemId, y: ItemId) -> Box<[Expression; 2]> {
@@ -271,11 +318,12 @@ impl Builder<'_> {
             Item::Known(value) => Expression::Known(*value),
             Item::Difference(first, second) => Expression::Difference(self.pair(*first, *second)),
             Item::Sum(edges) => {
-                sum(edges.iter().map(|edge| (edge.negative, self.value(edge.item))).collect())
+                let term = |edge: &Edge| (edge.negative, self.plain(edge.item));
+                sum(edges.iter().map(term).collect())
             }
             Item::Quotient(over, under) => {
-                let over = over.iter().map(|item| self.value(*item)).collect();
-                let under = under.iter().map(|item| self.value(*item)).collect();
+                let over = over.iter().map(|item| self.plain(*item)).collect();
+                let under = under.iter().map(|item| self.plain(*item)).collect();
                 quotient(over, under)
             }
             Item::Call(function, arguments) => {
@@ -287,7 +335,8 @@ impl Builder<'_> {
                 Expression::Select(Box::new([self.value(*condition), self.signed(*x), self.signed(*y)]))
             }
             Item::Compare(comparison, x, y) => {
-                Expression::Compare(*comparison, Box::new([self.signed(*x), self.signed(*y)]))
+                let (x, y) = (self.signed(*x), self.signed(*y));
+                Expression::Compare(*comparison, Box::new(turned(x, y)))
             }
             Item::And(a, b) => Expression::And(self.pair(*a, *b)),
             Item::Or(a, b) => Expression::Or(self.pair(*a, *b)),
@@ -350,8 +399,25 @@ fn free_negative(value: &Expression) -> Option<Expression> {
     }
 }
 
+/// The sides of a comparison without signs where that is possible: −x < −y is y < x, −x < 0 is 0 < x.
+fn turned(x: Expression, y: Expression) -> [Expression; 2] {
+    let sign = |side: &Expression| match side {
+        Expression::Negative(_) => -1,
+        Expression::Literal(value) if value.is_zero() => 0,
+        Expression::Literal(value) if value.is_negative() => -1,
+        _ => 1,
+    };
+    if sign(&x) + sign(&y) < 0 { [negate(y), negate(x)] } else { [x, y] }
+}
+
 /// A sum whose first term is positive if any can be.
 pub(super) fn sum(mut terms: Vec<(bool, Expression)>) -> Expression {
+    for (negative, term) in &mut terms {
+        if let Expression::Negative(x) = term {
+            *term = std::mem::replace(x, Expression::Known(false));
+            *negative = !*negative;
+        }
+    }
     if terms[0].0 {
         if let Some(positive) = terms.iter().position(|(negative, _)| !negative) {
             terms[..=positive].rotate_right(1);
@@ -368,33 +434,58 @@ pub(super) fn sum(mut terms: Vec<(bool, Expression)>) -> Expression {
 /// A quotient of which products and quotients among the factors become part; its numbers are one number, in front.
 pub(super) fn quotient(over: Vec<Expression>, under: Vec<Expression>) -> Expression {
     let mut number = Exact::ONE;
+    let mut negative = false;
     let (mut factors, mut divisors) = (Vec::new(), Vec::new());
-    let mut take = |factor: Expression| match factor {
-        Expression::Literal(value) => number = &number * &value,
-        factor => factors.push(factor),
+    let mut unsigned = |factor: Expression| match factor {
+        Expression::Negative(x) => {
+            negative = !negative;
+            *x
+        }
+        factor => factor,
     };
     for factor in over {
-        match factor {
+        match unsigned(factor) {
             Expression::Quotient(over, under) => {
-                over.into_iter().for_each(&mut take);
+                factors.extend(over);
                 divisors.extend(under);
             }
-            factor => take(factor),
+            factor => factors.push(factor),
         }
     }
     for divisor in under {
-        match divisor {
+        match unsigned(divisor) {
             Expression::Quotient(over, under) if under.is_empty() => divisors.extend(over),
             divisor => divisors.push(divisor),
         }
     }
+    factors.retain(|factor| match factor {
+        Expression::Literal(value) => {
+            number = &number * value;
+            false
+        }
+        _ => true,
+    });
     if !number.is_one() {
         factors.insert(0, Expression::Literal(number));
     }
-    if factors.len() == 1 && divisors.is_empty() {
-        return factors.remove(0);
+    let value = if factors.len() == 1 && divisors.is_empty() {
+        factors.remove(0)
+    } else {
+        Expression::Quotient(factors, divisors)
+    };
+    if negative { negate(value) } else { value }
+}
+
+/// The runs of a row of flags.
+fn runs(row: &[bool]) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for column in (0..row.len()).filter(|&column| row[column]) {
+        match runs.last_mut() {
+            Some(run) if run.end == column => run.end += 1,
+            _ => runs.push(column..column + 1),
+        }
     }
-    Expression::Quotient(factors, divisors)
+    runs
 }
 
 impl Items {

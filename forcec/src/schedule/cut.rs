@@ -8,9 +8,6 @@ use crate::ops::Function;
 use crate::schedule::build::{Builder, quotient, sum};
 use crate::schedule::{Expression, Variable};
 
-/// The width assumed for a numbered name before it is known.
-pub(super) const NUMBERED_NAME: usize = 22;
-
 /// Inputs that are longer than this get a short name.
 pub(super) const LONG_INPUT: usize = 27;
 
@@ -153,13 +150,13 @@ impl Builder<'_> {
             }
             Expression::Negative(x) => Expression::Negative(Box::new(self.fit(*x, room))),
             Expression::Not(x) => Expression::Not(Box::new(self.fit(*x, room))),
-            Expression::Difference(pair) => Expression::Difference(self.fit_all(pair, room)),
+            Expression::Difference(pair) => Expression::Difference(self.fit_all(*pair, room)),
             Expression::Compare(comparison, pair) => {
-                Expression::Compare(comparison, self.fit_all(pair, room))
+                Expression::Compare(comparison, self.fit_all(*pair, room))
             }
-            Expression::And(pair) => Expression::And(self.fit_all(pair, room)),
-            Expression::Or(pair) => Expression::Or(self.fit_all(pair, room)),
-            Expression::Select(parts) => Expression::Select(self.fit_all(parts, room)),
+            Expression::And(pair) => Expression::And(self.fit_all(*pair, room)),
+            Expression::Or(pair) => Expression::Or(self.fit_all(*pair, room)),
+            Expression::Select(parts) => Expression::Select(self.fit_all(*parts, room)),
             atom => atom,
         }
     }
@@ -167,7 +164,7 @@ impl Builder<'_> {
     /// Cuts off the greatest trees until the rest has room.
     fn fit_all<const COUNT: usize>(
         &mut self,
-        parts: Box<[Expression; COUNT]>,
+        parts: [Expression; COUNT],
         room: Room,
     ) -> Box<[Expression; COUNT]> {
         let list = self.cut_greatest(parts.into_iter().collect(), room, 1);
@@ -194,7 +191,7 @@ impl Builder<'_> {
                 break;
             }
             cut[index] = true;
-            total.width = (total.width + NUMBERED_NAME).saturating_sub(sizes[index].width);
+            total.width = (total.width + self.part_width()).saturating_sub(sizes[index].width);
             total.operations -= sizes[index].operations;
         }
         for (slot, cut) in list.iter_mut().zip(cut) {
@@ -223,7 +220,7 @@ impl Builder<'_> {
             let total = |range: &[Size]| {
                 let joints = range.len().saturating_sub(1);
                 let sum = range.iter().fold(Size::default(), |sum, size| sum + *size);
-                Size { width: sum.width + 5 * joints, operations: sum.operations + joints }
+                Size { width: sum.width + 3 * joints, operations: sum.operations + joints }
             };
             if room.holds(total(&sizes)) {
                 return terms;
@@ -233,7 +230,8 @@ impl Builder<'_> {
                 return signs.into_iter().zip(self.cut_greatest(trees, room, 1)).collect();
             }
             // Two neighbours must fit on one line.
-            let wide = |size: &Size| size.operations > 0 && size.width > NUMBERED_NAME.max(LONG_INPUT);
+            let line = Room::definition(self.part_width());
+            let wide = |size: &Size| size.operations > 0 && 2 * size.width + 3 > line.width;
             if sizes.iter().any(wide) {
                 for ((_, tree), size) in terms.iter_mut().zip(&sizes) {
                     if wide(size) {
@@ -246,7 +244,7 @@ impl Builder<'_> {
             let mut groups: Vec<usize> = vec![0];
             for end in 1..terms.len() {
                 let start = groups[groups.len() - 1];
-                if end - start > 1 && !Room::INLINE.holds(total(&sizes[start..=end])) {
+                if end - start > 1 && !line.holds(total(&sizes[start..=end])) {
                     groups.push(end);
                 }
             }

@@ -232,6 +232,10 @@ impl Lowering<'_> {
         let item = match node {
             Node::Constant(_) => return,
             Node::Sum(constant, terms) if terms.len() == 1 && constant.is_zero() => return,
+            Node::Multiple(c, x) => {
+                let multiple = self.multiple(c, *x).item;
+                return self.place(id, multiple);
+            }
             Node::Recip(_) if self.reads[id.index()] == 1 && self.program.graph.name(id).is_none() => return,
             Node::Recip(x) => return self.recip(id, *x),
             Node::Input(slot) => {
@@ -255,6 +259,7 @@ impl Lowering<'_> {
             }
             Node::Select(c, x, y) => Item::Select(self.item(*c), self.edge(*x), self.edge(*y)),
             Node::Known(value) => Item::Known(*value),
+            Node::Compare(comparison, x, y) if x == y => Item::Known(*comparison != Comparison::Less),
             Node::Compare(comparison, x, y) => Item::Compare(*comparison, self.edge(*x), self.edge(*y)),
             Node::And(a, b) | Node::Or(a, b) => {
                 let (a, b) = (self.item(*a), self.item(*b));

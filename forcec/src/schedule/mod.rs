@@ -169,7 +169,11 @@ impl Expression {
     pub fn operations(&self) -> Operations {
         let mut count = Operations::default();
         match self {
-            Expression::Negative(_) => count.neg = 1,
+            Expression::Negative(x) => {
+                count.neg = usize::from(
+                    !matches!(**x, Expression::Call(function, _) if function.row().cost == Cost::Free),
+                )
+            }
             Expression::Difference(_) => count.add = 1,
             Expression::Sum(terms) => {
                 count.add = terms.len() - 1;
@@ -201,14 +205,14 @@ pub enum Statement {
     Let(Name, Expression),
     /// An output gets its value.
     Store(Output, Expression),
-    /// A rectangle of outputs is zero; a force counts as one column.
+    /// Outputs are zero: the same runs of columns in each of some rows; a force counts as one column.
     Zero {
         /// Which result.
         part: Part,
         /// The rows.
         rows: Range<usize>,
-        /// The columns.
-        columns: Range<usize>,
+        /// The runs of columns.
+        columns: Vec<Range<usize>>,
     },
     /// Here begins what a result needs.
     Heading(Part),
@@ -260,10 +264,11 @@ impl Schedule {
             if let Statement::Let(_, expression) | Statement::Store(_, expression) = statement {
                 pending.push(expression);
                 while let Some(expression) = pending.pop() {
-                    if let Expression::Call(function, _) = expression {
-                        if function.order().is_some() {
-                            found.insert(*function);
+                    match expression {
+                        Expression::Call(function, _) if function.order().is_some() => {
+                            _ = found.insert(*function)
                         }
+                        _ => {}
                     }
                     pending.extend(expression.children());
                 }

@@ -5,10 +5,10 @@
 //! (`inv_length`, `sin_angle`, `k_x`). What has none is numbered within the statement it serves, by the scheduler, so
 //! that an edit elsewhere in the source renames nothing here.
 
-use crate::bodies::Signature;
+use crate::bodies::{Role, Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
-use crate::schedule::lower::{Item, ItemId, Items};
+use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::{Output, Part};
 use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -92,7 +92,7 @@ fn plain(name: &str, lower: bool) -> String {
 const LONGEST: usize = 27;
 
 /// The longest stem of a numbered name.
-const LONGEST_STEM: usize = 17;
+const LONGEST_STEM: usize = 18;
 
 /// A temporary's name without double or outer underscores, and short enough.
 fn tidy(name: &str) -> String {
@@ -114,6 +114,11 @@ fn shorten(name: &str, longest: usize) -> String {
     let (head, tail) =
         (name[..half].trim_end_matches('_'), name[name.len() - half..].trim_start_matches('_'));
     format!("{head}_{tail}")
+}
+
+/// How long the numbered names of a part are, about.
+pub(super) fn part_width(of: &str) -> usize {
+    of.len().min(LONGEST_STEM) + "_p100".len()
 }
 
 /// The names that are taken.
@@ -165,15 +170,15 @@ impl Taken {
 /// What an output is called: `force_a_x`, `dfdx_a_ry_b_x`; by numbers where the bodies' names are long.
 pub(super) fn output_name(signature: &Signature, output: Output) -> String {
     let part = output.part.name();
-    let short = signature.bodies.iter().all(|body| body.name.len() <= 6);
-    let names = signature.coordinate_names();
-    let coordinate = |index: usize| match short {
-        true => names[index].replace(".", "_"),
-        false => index.to_string(),
+    let coordinates = signature.coordinate_names();
+    let name = match output.part {
+        Part::Force => format!("{part}_{}", coordinates[output.row]),
+        _ => format!("{part}_{}_{}", coordinates[output.row], coordinates[output.column]),
     };
     match output.part {
-        Part::Force => format!("{part}_{}", coordinate(output.row)),
-        _ => format!("{part}_{}_{}", coordinate(output.row), coordinate(output.column)),
+        _ if name.len() <= LONGEST_STEM => name.replace('.', "_"),
+        Part::Force => format!("{part}_{}", output.row),
+        _ => format!("{part}_{}_{}", output.row, output.column),
     }
 }
 
@@ -182,6 +187,7 @@ pub(super) fn assign(
     signature: &Signature,
     items: &Items,
     own_line: &[bool],
+    flipped: &[bool],
     taken: &mut Taken,
 ) -> Vec<Option<String>> {
     let count = items.items.len();
@@ -191,8 +197,9 @@ pub(super) fn assign(
     }
     for (output, edge) in &items.outputs {
         let item = edge.item as usize;
+        let positive = edge.negative == flipped[item];
         let computed = !matches!(items.items[item], Item::Input(_) | Item::Difference(..));
-        if own_line[item] && computed && names[item].is_none() {
+        if own_line[item] && positive && computed && names[item].is_none() {
             names[item] = Some(taken.claim(&output_name(signature, *output)));
         }
     }
@@ -201,7 +208,10 @@ pub(super) fn assign(
         let told = match &names[item] {
             Some(name) if items.sources[item].is_some() => Some(name.clone()),
             Some(_) => None,
-            None => told(signature, items, &bases, item as ItemId),
+            None if flipped[item] && !matches!(items.items[item], Item::Sum(_) | Item::Difference(..)) => {
+                None
+            }
+            None => told(signature, items, &bases, flipped, item as ItemId),
         };
         if own_line[item] && names[item].is_none() {
             names[item] = told.as_ref().map(|name| taken.claim(name));
@@ -211,26 +221,48 @@ pub(super) fn assign(
     names
 }
 
+/// What a loaded entry is called: `a_q_x`, `arm_a_x`, `m_0_1`.
+fn slot_name(signature: &Signature, slot: Slot) -> String {
+    let name = signature.slot_name(slot);
+    let name = match (signature.role(slot), name.split_once('.')) {
+        (Some(role), Some((body, entry))) => {
+            let letter = match role {
+                Role::Position => "p",
+                Role::Orientation => "q",
+                Role::Velocity => "v",
+                Role::AngularVelocity => "w",
+            };
+            format!("{body}_{letter}_{}", entry.rsplit('.').next().unwrap_or_default())
+        }
+        _ => name,
+    };
+    name.replace(['.', '['], "_").replace(']', "")
+}
+
 /// What an item is made of, in a word, if that is short.
-fn told(signature: &Signature, items: &Items, bases: &[Option<String>], item: ItemId) -> Option<String> {
+fn told(
+    signature: &Signature,
+    items: &Items,
+    bases: &[Option<String>],
+    flipped: &[bool],
+    item: ItemId,
+) -> Option<String> {
     const SHORT: usize = 20;
-    let base = |id: ItemId| bases[id as usize].as_deref();
+    let base = |id: ItemId| if flipped[id as usize] { None } else { bases[id as usize].as_deref() };
+    let flipped = flipped[item as usize];
     let name = match &items.items[item as usize] {
         Item::Input(slot) => {
-            let name = signature.slot_name(*slot).replace(['.', '['], "_").replace(']', "");
-            return Some(tidy(&name));
+            return Some(tidy(&slot_name(signature, *slot)));
         }
         Item::Difference(first, second) => {
-            let [Item::Input(first), Item::Input(second)] =
-                [first, second].map(|id| &items.items[*id as usize])
+            let (first, second) = if flipped { (second, first) } else { (first, second) };
+            let [&Item::Input(to), Item::Input(from)] = [first, second].map(|id| &items.items[*id as usize])
             else {
                 return None;
             };
-            let bodies = [first, second].map(|slot| signature.bodies.get(slot.argument as usize));
-            let [Some(to), Some(from)] = bodies else { return None };
-            let axis = signature.slot_name(*first);
-            let axis = axis.rsplit('.').next()?;
-            format!("{}_minus_{}_{axis}", to.name, from.name)
+            let body = &signature.bodies.get(from.argument as usize)?.name;
+            let name = slot_name(signature, to).replacen('_', &format!("_minus_{body}_"), 1);
+            return Some(tidy(&name.replace("_p_", "_")));
         }
         Item::Quotient(..) if items.powers.contains_key(&item) => {
             let (of, exponent) = items.powers[&item];
@@ -259,22 +291,65 @@ fn told(signature: &Signature, items: &Items, bases: &[Option<String>], item: It
         }
         Item::Sum(edges) => match edges.as_slice() {
             [x, y] => {
-                let (x, y) = if x.negative { (y, x) } else { (x, y) };
-                if x.negative {
+                let (x, y) = if x.negative != flipped { (y, x) } else { (x, y) };
+                if x.negative != flipped {
                     return None;
                 }
-                let sign = if y.negative { "minus" } else { "plus" };
+                let sign = if y.negative != flipped { "minus" } else { "plus" };
                 format!("{}_{sign}_{}", base(x.item)?, base(y.item)?)
             }
             _ => return None,
         },
-        Item::Compare(Comparison::Less, x, y) if !x.negative && !y.negative => {
-            match &items.items[y.item as usize] {
-                Item::Number(number) if number.is_zero() => format!("{}_negative", base(x.item)?),
-                _ => format!("{}_below_{}", base(x.item)?, base(y.item)?),
+        Item::Compare(Comparison::Less, x, y) => {
+            let zero =
+                |edge: &Edge| matches!(&items.items[edge.item as usize], Item::Number(n) if n.is_zero());
+            match (x.negative, y.negative) {
+                (false, false) if zero(y) => format!("{}_negative", base(x.item)?),
+                (true, false) if zero(y) => format!("{}_positive", base(x.item)?),
+                (false, false) => format!("{}_below_{}", base(x.item)?, base(y.item)?),
+                _ => return None,
             }
         }
         _ => return None,
     };
     (name.len() <= SHORT).then_some(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LONGEST, Taken, argument_name, body_name};
+    use crate::bodies::Signature;
+
+    #[test]
+    fn names_are_plain_unique_and_free() {
+        let mut taken = Taken::by(&Signature::default());
+        for (name, expected) in [
+            ("pa_x", "pa_x"),
+            ("pa_x", "pa_x_2"),
+            ("pa_x_2", "pa_x_2_2"),
+            ("y0", "y0_2"),
+            ("int", "int_2"),
+            ("match", "match_2"),
+            ("sinf", "sinf_2"),
+            ("λ", "lambda"),
+            ("__K__t", "k_t"),
+            ("3d", "x3d"),
+        ] {
+            assert_eq!(taken.claim(name), expected, "{name}");
+        }
+        assert!(taken.claim("a_name_of_more_than_twenty_seven_letters").len() <= LONGEST);
+        assert_eq!(taken.part("pa_x"), "pa_x_p1");
+        assert_eq!(taken.part("pa_x"), "pa_x_p2");
+    }
+
+    #[test]
+    fn arguments_that_collide_get_a_trailing_underscore() {
+        assert_eq!(argument_name("double"), "double_");
+        assert_eq!(argument_name("template"), "template_");
+        assert_eq!(argument_name("params"), "params_");
+        assert_eq!(argument_name("sin"), "sin");
+        assert_eq!(body_name("sin"), "sin_");
+        assert_eq!(body_name("out"), "out_");
+        assert_eq!(body_name("wheel"), "wheel");
+    }
 }

@@ -36,8 +36,8 @@ pub trait Dialect {
     fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String>;
     /// An output gets one of two values.
     fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String>;
-    /// A rectangle of outputs becomes zero.
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String>;
+    /// Runs of columns in some rows become zero.
+    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String>;
     /// A remark on a line of its own.
     fn remark(&self, text: &str) -> Vec<String>;
 }
@@ -260,13 +260,14 @@ impl Dialect for Plain<'_> {
         self.store(output, &format!("if {c} then {x} else {y}"))
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         let names = self.0.coordinate_names();
         let span = |range: &Range<usize>| match range.len() {
             1 => names[range.start].clone(),
             _ => format!("{} .. {}", names[range.start], names[range.end - 1]),
         };
-        let columns = if part == Part::Force { String::new() } else { format!("[{}]", span(columns)) };
+        let runs: Vec<String> = columns.iter().map(span).collect();
+        let columns = if part == Part::Force { String::new() } else { format!("[{}]", runs.join(", ")) };
         vec![format!("{}[{}]{columns} = 0", part.name(), span(rows))]
     }
 

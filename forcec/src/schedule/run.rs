@@ -27,7 +27,7 @@ impl Schedule {
                 Statement::Store(output, value) => store(*output, evaluate(value, &names, inputs)?.real()),
                 Statement::Zero { part, rows, columns } => {
                     for row in rows.clone() {
-                        for column in columns.clone() {
+                        for column in columns.iter().cloned().flatten() {
                             store(Output::new(*part, row, column), N::exact(&Exact::ZERO));
                         }
                     }

@@ -11,6 +11,8 @@ use crate::span::{Source, Span};
 pub struct File {
     /// The text the spans point into.
     pub source: Source,
+    /// Its `//!` comment, a line each, without the leading space.
+    pub docs: Vec<String>,
     /// The functions, helpers included, in source order.
     pub functions: Vec<Function>,
     /// The constants, in source order.
@@ -30,7 +32,11 @@ impl File {
 
     /// The doc comment at the head of the file, a line each.
     pub fn docs(&self) -> Vec<String> {
-        let lines = self.source.text.lines().map_while(|line| line.strip_prefix("//!"));
+        let text = self.source.text.trim_start_matches('\u{feff}');
+        // A licence or a note to editors may stand before the documentation.
+        let before =
+            |line: &&str| line.trim().is_empty() || line.starts_with("//") && !line.starts_with("//!");
+        let lines = text.lines().skip_while(before).map_while(|line| line.strip_prefix("//!"));
         lines.map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end().to_owned()).collect()
     }
 }

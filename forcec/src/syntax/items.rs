@@ -7,7 +7,7 @@ use crate::span::Span;
 
 impl Reader<'_> {
     pub(super) fn file(&mut self, attributes: &[syn::Attribute], items: &[syn::Item]) {
-        self.attributes(attributes);
+        self.docs = self.attributes(attributes).docs;
         for item in items {
             self.item(item);
         }
@@ -85,6 +85,15 @@ impl Reader<'_> {
         Some(Constant { name, ty, expressions, value })
     }
 
+    pub(super) fn lifetime(&mut self, span: Span) {
+        self.error_help(
+            span,
+            "lifetimes are not part of the force language",
+            "values are copied, nothing is borrowed",
+            "leave it out",
+        );
+    }
+
     fn generic(&mut self, span: Span) {
         self.error_help(
             span,
@@ -128,7 +137,7 @@ impl Reader<'_> {
                 "state the domain of the force function's own parameters",
             );
         }
-        let body = self.block(&item.block);
+        let body = self.body(&item.block);
         let Stated { docs, precision, domains, .. } = stated;
         let expressions = std::mem::take(&mut self.expressions);
         self.functions.push(Function {
@@ -145,10 +154,16 @@ impl Reader<'_> {
     }
 
     fn modifiers(&mut self, signature: &syn::Signature, name: Span) {
+        let lifetimes = |p: &syn::GenericParam| matches!(p, syn::GenericParam::Lifetime(_));
         if let Some(open) = &signature.generics.lt_token {
             let span = self.at(open.spans[0]);
             let close = signature.generics.gt_token.as_ref().map(|close| self.at(close.spans[0]));
-            self.generic(close.map_or(span, |close| span.to(close)));
+            let span = close.map_or(span, |close| span.to(close));
+            if signature.generics.params.iter().all(lifetimes) {
+                self.lifetime(span);
+            } else {
+                self.generic(span);
+            }
         }
         if let Some(clause) = &signature.generics.where_clause {
             let span = self.at(clause.where_token.span);

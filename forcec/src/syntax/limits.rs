@@ -13,12 +13,17 @@ const DEEPEST: usize = 256;
 /// Tokens from the start of a statement to any token in it, brackets that stand beside the way not counted.
 const LONGEST: usize = 40_000;
 
+/// Operators in a row. Prefixes of types take the most stack a token.
+const MOST_OPERATORS: usize = 2_000;
+
 struct Level {
     tokens: token_stream::IntoIter,
     /// Tokens on the way to the bracket.
     start: usize,
     /// Tokens on the way to here.
     here: usize,
+    /// Operators in a row up to here.
+    operators: usize,
     /// The last token was a block in braces.
     after_block: bool,
 }
@@ -28,6 +33,7 @@ pub(super) fn check(tokens: TokenStream) -> Result<(), Diagnostic> {
         tokens: tokens.into_iter(),
         start,
         here: start,
+        operators: 0,
         after_block: false,
     };
     let mut levels = vec![level(tokens, 0)];
@@ -50,6 +56,13 @@ pub(super) fn check(tokens: TokenStream) -> Result<(), Diagnostic> {
             let label = format!("more than {LONGEST} tokens without a `;` or `,` end here");
             return Err(Diagnostic::error(bytes_of(token.span()), "an expression is too long", label)
                 .help("name its parts with `let`"));
+        }
+        let operator = matches!(token, TokenTree::Punct(_));
+        current.operators = if operator { current.operators + 1 } else { 0 };
+        if current.operators > MOST_OPERATORS {
+            let label = format!("more than {MOST_OPERATORS} operators in a row end here");
+            return Err(Diagnostic::error(bytes_of(token.span()), "an expression is too long", label)
+                .help("leave out operators that cancel"));
         }
         current.after_block = false;
         if let TokenTree::Group(group) = token {

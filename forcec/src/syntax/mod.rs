@@ -23,6 +23,7 @@ use proc_macro2::{LexError, TokenStream, TokenTree};
 use reader::Reader;
 use std::cell::Cell;
 use std::str::FromStr;
+use std::sync::Mutex;
 
 /// The stack that parsing and checking run on. The limits on nesting and on the length of an expression are chosen
 /// so that an unoptimised build stays within it.
@@ -41,14 +42,23 @@ pub fn with_deep_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     if DEEP.get() {
         return work();
     }
+    let work = Mutex::new(Some(work));
+    let deep = || {
+        DEEP.set(true);
+        let work = work.lock().ok().and_then(|mut work| work.take());
+        work.map(|work| work())
+    };
     std::thread::scope(|scope| {
-        let deep = || {
-            DEEP.set(true);
-            work()
+        // Where address space is short a smaller stack still serves ordinary files.
+        let started = [STACK, STACK / 4, STACK / 16].into_iter().find_map(|size| {
+            let thread = std::thread::Builder::new().name("forcec".to_owned()).stack_size(size);
+            thread.spawn_scoped(scope, deep).ok()
+        });
+        let result = match started {
+            Some(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+            None => work.lock().ok().and_then(|mut work| work.take()).map(|work| work()),
         };
-        let thread = std::thread::Builder::new().name("forcec".to_owned()).stack_size(STACK);
-        let handle = thread.spawn_scoped(scope, deep).expect("the system has room for one more thread");
-        handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        result.expect("the work is taken once")
     })
 }
 
@@ -62,7 +72,7 @@ pub fn parse(source: &Source) -> Result<ast::File, Diagnostics> {
                 Ok(file) => return from_items(source.clone(), &file.attrs, &file.items, bytes_of),
             },
         };
-        Err(Diagnostics::new(source.clone(), list))
+        Err(report(source.clone(), list))
     })
 }
 
@@ -77,10 +87,25 @@ pub fn from_items(
     let mut reader = Reader::new(locate);
     reader.file(attributes, items);
     if reader.diagnostics.is_empty() {
-        Ok(ast::File { source, functions: reader.functions, constants: reader.constants })
+        let Reader { docs, functions, constants, .. } = reader;
+        Ok(ast::File { source, docs, functions, constants })
     } else {
-        Err(Diagnostics::new(source, reader.diagnostics))
+        Err(report(source, reader.diagnostics))
     }
+}
+
+/// More errors than these help nobody.
+const MOST_ERRORS: usize = 100;
+
+/// The errors of a stage, as many as can be read.
+pub(crate) fn report(source: Source, list: Vec<Diagnostic>) -> Diagnostics {
+    let mut report = Diagnostics::new(source, list);
+    let more = report.list.len().saturating_sub(MOST_ERRORS);
+    if more > 0 {
+        report.list.truncate(MOST_ERRORS);
+        report.list.push(Diagnostic::file(format!("{more} more errors are not shown")));
+    }
+    report
 }
 
 /// Where a token of a text that we tokenised stands.
@@ -169,7 +194,24 @@ fn lexical_error(text: &str, error: &LexError) -> Diagnostic {
             diagnostic(format!("`{bracket}` is never closed"), "the bracket that is opened here")
         }
         Some(bracket @ (')' | ']' | '}')) => {
-            diagnostic(format!("`{bracket}` closes nothing"), "no bracket of this kind is open here")
+            // The text up to here ends with a bracket open: the one that this does not fit.
+            let open = tokenise(&text[..start]).err().map(|error| error.span().byte_range().start);
+            let open = open.filter(|open| *open < start && text[*open..].starts_with(['(', '[', '{']));
+            let line = |offset: usize| Source::new("", text).line_column(offset as u32).0;
+            match open {
+                Some(open) if bracket == '}' => {
+                    let opening = &text[open..=open];
+                    let span = Span { start: open as u32, end: open as u32 + 1 };
+                    let message = format!("`{opening}` is never closed");
+                    Diagnostic::error(span, message, "the bracket that is opened here")
+                        .help(format!("`{bracket}` on line {} comes first", line(start)))
+                }
+                Some(open) => {
+                    let label = format!("`{}` on line {} is open here", &text[open..=open], line(open));
+                    diagnostic(format!("`{bracket}` closes nothing"), &label)
+                }
+                None => diagnostic(format!("`{bracket}` closes nothing"), "no bracket is open here"),
+            }
         }
         Some('"') => diagnostic("the quotation mark is never closed".to_owned(), "text begins here"),
         Some('\'') => diagnostic("a stray quotation mark".to_owned(), "neither a character nor a lifetime"),

@@ -8,6 +8,8 @@ use crate::span::Span;
 pub(super) struct Reader<'a> {
     locate: Box<dyn FnMut(proc_macro2::Span) -> Span + 'a>,
     pub(super) diagnostics: Vec<Diagnostic>,
+    /// The `//!` comment of the file.
+    pub(super) docs: Vec<String>,
     pub(super) functions: Vec<Function>,
     pub(super) constants: Vec<Constant>,
     /// The arena of the function being read.
@@ -19,6 +21,7 @@ impl<'a> Reader<'a> {
         Reader {
             locate: Box::new(locate),
             diagnostics: Vec::new(),
+            docs: Vec::new(),
             functions: Vec::new(),
             constants: Vec::new(),
             expressions: Default::default(),

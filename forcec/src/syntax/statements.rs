@@ -6,6 +6,24 @@ use crate::span::Span;
 use syn::{BinOp, Expr, Pat, Stmt};
 
 impl Reader<'_> {
+    /// The body of a function: a `return` at its end says nothing new.
+    pub(super) fn body(&mut self, block: &syn::Block) -> Block {
+        let Some((Stmt::Expr(Expr::Return(last), _), before)) = block.stmts.split_last() else {
+            return self.block(block);
+        };
+        let span = self.at(last.return_token.span);
+        self.error_help(
+            span,
+            "`return` is not part of the force language",
+            "the last expression is the value anyway",
+            "write the expression without `return` and without `;`",
+        );
+        let rest = syn::Block { brace_token: block.brace_token, stmts: before.to_vec() };
+        let mut body = self.block(&rest);
+        body.value = Some(self.poison(span));
+        body
+    }
+
     pub(super) fn block(&mut self, block: &syn::Block) -> Block {
         let span = self.between(block.brace_token.span);
         let mut statements = Vec::new();
@@ -18,16 +36,6 @@ impl Reader<'_> {
                 Stmt::Macro(item) => {
                     let span = self.path(&item.mac.path).span;
                     self.macro_call(span);
-                }
-                Stmt::Expr(Expr::Return(item), _) if last => {
-                    let span = self.at(item.return_token.span);
-                    self.error_help(
-                        span,
-                        "`return` is not part of the force language",
-                        "the last expression is the value anyway",
-                        "write the expression without `return` and without `;`",
-                    );
-                    value = Some(self.poison(span));
                 }
                 Stmt::Expr(expr, semicolon) => match self.statement(expr) {
                     Some(statement) => statements.push(statement),

@@ -46,12 +46,7 @@ impl Reader<'_> {
                     }
                     if let Some(lifetime) = &reference.lifetime {
                         let span = self.at(lifetime.apostrophe).to(self.at(lifetime.ident.span()));
-                        self.error_help(
-                            span,
-                            "lifetimes are not part of the force language",
-                            "values are copied, nothing is borrowed",
-                            "leave it out",
-                        );
+                        self.lifetime(span);
                     }
                     &reference.elem
                 }

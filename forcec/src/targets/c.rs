@@ -173,7 +173,7 @@ fn prototype(kernel: &Kernel, precision: Precision) -> String {
 
 /// The source of a force file.
 pub fn source(file: &File) -> String {
-    let mut text = comment(&file_remark(file), "");
+    let mut text = comment(&[made(file)], "");
     text.push_str(&format!("#include \"{}.h\"\n", file.stem));
     for kernel in &file.kernels {
         for &precision in &file.precisions {
@@ -213,8 +213,12 @@ fn file_remark(file: &File) -> Vec<String> {
     if !lines.is_empty() {
         lines.push(String::new());
     }
-    lines.push(format!("Made by forcec from {}.rs; the code is yours.", file.stem));
+    lines.push(made(file));
     lines
+}
+
+fn made(file: &File) -> String {
+    format!("Made by forcec from {}.rs; the code is yours.", file.stem)
 }
 
 /// A block comment; empty for no lines.
@@ -312,26 +316,34 @@ impl Dialect for C<'_> {
         C::choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
+        const CHAIN: usize = 4;
         let zero = self.literal(&Exact::ZERO);
-        let count = rows.len() * columns.len();
-        if count <= 4 && (rows.len() == 1 || columns.len() == 1) {
-            let places = rows.clone().flat_map(|row| columns.clone().map(move |column| (row, column)));
-            let chain: Vec<String> =
-                places.map(|(row, column)| self.place(Output::new(part, row, column))).collect();
-            return C::assign(&chain.join(" = "), &zero);
-        }
+        let width: usize = columns.iter().map(Range::len).sum();
         let each = |index: &str, range: &Range<usize>| {
             format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
         };
         let name = part.name();
-        if part == Part::Force {
+        if part == Part::Force && rows.len() > CHAIN {
             return vec![format!("{} out->{name}[i] = {zero};", each("i", rows))];
         }
-        if rows.len() == 1 {
-            return vec![format!("{} out->{name}[{}][j] = {zero};", each("j", columns), rows.start)];
+        if let [run] = columns {
+            if width > CHAIN && rows.len() == 1 {
+                return vec![format!("{} out->{name}[{}][j] = {zero};", each("j", run), rows.start)];
+            }
+            if width * rows.len() > 2 * CHAIN {
+                return vec![each("i", rows), format!("    {} out->{name}[i][j] = {zero};", each("j", run))];
+            }
         }
-        vec![each("i", rows), format!("    {} out->{name}[i][j] = {zero};", each("j", columns))]
+        let entries = rows.clone().flat_map(|row| {
+            columns.iter().cloned().flatten().map(move |column| Output::new(part, row, column))
+        });
+        let places: Vec<String> = entries.map(|output| self.place(output)).collect();
+        let chain = if width > 1 { width.min(CHAIN) } else { CHAIN };
+        // A line never mixes rows, unless each has but one entry.
+        let lines =
+            places.chunks(if width > 1 { width } else { places.len() }).flat_map(|row| row.chunks(chain));
+        lines.flat_map(|line| C::assign(&line.join(" = "), &zero)).collect()
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

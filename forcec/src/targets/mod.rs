@@ -1,7 +1,7 @@
 //! From statements to text.
 //!
-//! In: a [`File`] of scheduled kernels. Out: files of C99 or Rust. A target is a [`Dialect`](crate::schedule::print::Dialect)
-//! for the statements and a frame around them; the layout of every struct comes from the signature, numbers and the
+//! In: a [`File`] of scheduled kernels. Out: files of C99 or Rust. A target is a [`Dialect`] for the statements and a
+//! frame around them; the layout of every struct comes from the signature, numbers and the
 //! special functions are spelled here for both.
 
 pub mod c;
@@ -168,8 +168,8 @@ fn sentence(text: &str) -> String {
 /// The three arrays of results.
 const PARTS: [(&str, bool, &str); 3] = [
     ("force", false, "generalised force F, in argument order"),
-    ("dfdx", true, "`dfdx[i][j]` is the derivative of F[i] along pose coordinate j"),
-    ("dfdv", true, "`dfdv[i][j]` is the derivative of F[i] by velocity coordinate j"),
+    ("dfdx", true, "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j"),
+    ("dfdv", true, "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j"),
 ];
 
 /// A body type's name in Rust.

@@ -344,7 +344,7 @@ impl Dialect for Rust<'_> {
         self.choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &Range<usize>) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         let count = self.signature.freedoms();
         let all = |range: &Range<usize>| range.len() == count;
         let name = part.name();
@@ -358,19 +358,18 @@ impl Dialect for Rust<'_> {
             let place = format!("out.{name}");
             return vec![fill(&place, &place, rows)];
         }
-        if all(rows) && all(columns) {
+        if all(rows) && columns.iter().all(all) {
             return vec![format!("out.{name} = [[0.0; {count}]; {count}];")];
         }
         if rows.len() == 1 {
             let place = format!("out.{name}[{}]", rows.start);
-            return vec![fill(&place, &place, columns)];
+            return columns.iter().map(|run| fill(&place, &place, run)).collect();
         }
         let range = if all(rows) { String::new() } else { format!("[{}..{}]", rows.start, rows.end) };
-        vec![
-            format!("for row in &mut out.{name}{range} {{"),
-            format!("    {}", fill("row", "*row", columns)),
-            "}".to_owned(),
-        ]
+        let mut lines = vec![format!("for row in &mut out.{name}{range} {{")];
+        lines.extend(columns.iter().map(|run| format!("    {}", fill("row", "*row", run))));
+        lines.push("}".to_owned());
+        lines
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

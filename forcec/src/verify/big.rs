@@ -12,6 +12,7 @@ use astro_float_num::{BigFloat, Consts, INF_NEG, INF_POS, NAN, Radix, RoundingMo
 use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::rc::Rc;
 
 /// Bits of a mantissa.
 pub(crate) const BITS: usize = 320;
@@ -26,13 +27,19 @@ fn constants<T>(f: impl FnOnce(&mut Consts) -> T) -> T {
     CONSTANTS.with(|constants| f(&mut constants.borrow_mut()))
 }
 
-/// A number of 320 bits.
+/// A number of 320 bits, cheap to copy.
 #[derive(Clone, Debug)]
-pub(crate) struct Big(BigFloat);
+pub(crate) struct Big(Rc<BigFloat>);
+
+impl From<BigFloat> for Big {
+    fn from(x: BigFloat) -> Big {
+        Big(Rc::new(x))
+    }
+}
 
 impl Big {
     pub(crate) fn from_f64(x: f64) -> Big {
-        Big(match x {
+        Big::from(match x {
             _ if x.is_nan() => NAN,
             f64::INFINITY => INF_POS,
             f64::NEG_INFINITY => INF_NEG,
@@ -41,11 +48,11 @@ impl Big {
     }
 
     pub(crate) fn zero() -> Big {
-        Big(BigFloat::new(BITS))
+        Big::from(BigFloat::new(BITS))
     }
 
     pub(crate) fn integer(n: i32) -> Big {
-        Big(BigFloat::from_i32(n, BITS))
+        Big::from(BigFloat::from_i32(n, BITS))
     }
 
     /// The nearest double, to a unit in its last place.
@@ -65,7 +72,7 @@ impl Big {
     /// x 2ⁿ
     pub(crate) fn scaled(mut self, n: i32) -> Big {
         if let (Some(exponent), false) = (self.0.exponent(), self.0.is_zero()) {
-            self.0.set_exponent(exponent.saturating_add(n));
+            Rc::make_mut(&mut self.0).set_exponent(exponent.saturating_add(n));
         }
         self
     }
@@ -94,7 +101,7 @@ impl Big {
     /// √x from the reciprocal root of a double, whose digits each step of Newton's y ← y (3 − m y²)/2 doubles.
     pub(crate) fn sqrt(&self) -> Big {
         let Some(exponent) = self.exponent().filter(|_| !self.is_negative()) else {
-            return Big(self.0.sqrt(BITS, ROUND));
+            return Big::from(self.0.sqrt(BITS, ROUND));
         };
         let half = exponent.div_euclid(2);
         let m = self.clone().scaled(-2 * half);
@@ -113,7 +120,7 @@ impl Big {
     }
 
     fn pi() -> Big {
-        Big(constants(|c| c.pi(BITS, ROUND)))
+        Big::from(constants(|c| c.pi(BITS, ROUND)))
     }
 
     /// selfʸ. A small whole power is a product: it may be exact in more than 320 bits, and the general routine, which
@@ -121,7 +128,7 @@ impl Big {
     fn power(&self, y: &Big) -> Big {
         let n = y.to_f64();
         if n.abs() > 256.0 || n.fract() != 0.0 || !(y.clone() - Big::from_f64(n)).is_zero() {
-            return Big(constants(|c| self.0.pow(&y.0, BITS, ROUND, c)));
+            return Big::from(constants(|c| self.0.pow(&y.0, BITS, ROUND, c)));
         }
         let mut product = Big::integer(1);
         for _ in 0..n.abs() as u32 {
@@ -131,14 +138,14 @@ impl Big {
     }
 
     fn atan(&self) -> Big {
-        Big(constants(|c| self.0.atan(BITS, ROUND, c)))
+        Big::from(constants(|c| self.0.atan(BITS, ROUND, c)))
     }
 
     /// The angle of the point (x, self).
     fn atan2(&self, x: &Big) -> Big {
         let half_turn = || if self.0.is_negative() { -Big::pi() } else { Big::pi() };
         if self.0.is_nan() || x.0.is_nan() {
-            return Big(NAN);
+            return Big::from(NAN);
         }
         if x.is_zero() {
             return if self.is_zero() { Big::zero() } else { half_turn().scaled(-1) };
@@ -182,8 +189,8 @@ impl Big {
             return Big::series(first, next, |term, _| term.clone());
         }
         let t = s.sqrt();
-        let mut low = Big(constants(|c| t.0.cos(BITS, ROUND, c)));
-        let sine = Big(constants(|c| t.0.sin(BITS, ROUND, c)));
+        let mut low = Big::from(constants(|c| t.0.cos(BITS, ROUND, c)));
+        let sine = Big::from(constants(|c| t.0.sin(BITS, ROUND, c)));
         let mut high = -(sine / t).scaled(-1);
         for k in 0..n {
             let next = -(low + Big::integer(4 * k + 2) * high.clone()) / s.clone().scaled(2);
@@ -223,7 +230,7 @@ macro_rules! operator {
         impl $trait for Big {
             type Output = Big;
             fn $name(self, other: Big) -> Big {
-                Big(self.0.$name(&other.0, BITS, ROUND))
+                Big::from(self.0.$name(&other.0, BITS, ROUND))
             }
         }
     };
@@ -236,7 +243,7 @@ operator!(Div, div);
 impl Neg for Big {
     type Output = Big;
     fn neg(mut self) -> Big {
-        self.0.inv_sign();
+        Rc::make_mut(&mut self.0).inv_sign();
         self
     }
 }
@@ -250,7 +257,7 @@ impl Arithmetic for Big {
         let (numerator, denominator) = value.parts();
         let parse = |digits: &str| {
             let wide = BITS.max(digits.len() * 4);
-            Big(constants(|c| BigFloat::parse(digits, Radix::Dec, wide, ROUND, c)))
+            Big::from(constants(|c| BigFloat::parse(digits, Radix::Dec, wide, ROUND, c)))
         };
         parse(&numerator) / parse(&denominator)
     }
@@ -262,13 +269,13 @@ impl Arithmetic for Big {
         };
         let one = || Big::integer(1);
         let with = |f: fn(&BigFloat, usize, RoundingMode, &mut Consts) -> BigFloat, x: &Big| {
-            Big(constants(|c| f(&x.0, BITS, ROUND, c)))
+            Big::from(constants(|c| f(&x.0, BITS, ROUND, c)))
         };
         match function {
             Pi => Big::pi(),
             Abs => x[0].abs(),
             Sqrt => x[0].sqrt(),
-            Cbrt => Big(x[0].0.cbrt(BITS, ROUND)),
+            Cbrt => Big::from(x[0].0.cbrt(BITS, ROUND)),
             Powf => x[0].power(&x[1]),
             Exp => with(BigFloat::exp, &x[0]),
             Ln => with(BigFloat::ln, &x[0]),
@@ -367,7 +374,7 @@ mod tests {
         for x in [2.0, 0.3, 1e-300, 7e299, 4.0, 1e-5] {
             let x = Big::from_f64(x);
             close(&(x.sqrt() * x.sqrt()), &x, 316);
-            close(&x.sqrt(), &Big(x.0.sqrt(BITS, ROUND)), 316);
+            close(&x.sqrt(), &Big::from(x.0.sqrt(BITS, ROUND)), 316);
         }
         assert!(Big::integer(-1).sqrt().to_f64().is_nan());
         assert!(Big::zero().sqrt().is_zero());

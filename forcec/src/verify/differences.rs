@@ -83,7 +83,10 @@ fn answer(levels: &[(Quotient, Quotient)], kernel: Bounded, largest: f64) -> Ans
         let (_, fine) = levels[index];
         let own = uncertainty(&levels[index]);
         levels[index + 1..].iter().all(|(c, f)| {
-            [c, f].iter().all(|finer| !((finer.value - fine.value).abs() > own + 2.0 * finer.noise))
+            [c, f].iter().all(|finer| {
+                let apart = (finer.value - fine.value).abs();
+                apart.is_nan() || apart <= own + 2.0 * finer.noise
+            })
         })
     };
     let best = (0..levels.len())
@@ -93,7 +96,7 @@ fn answer(levels: &[(Quotient, Quotient)], kernel: Bounded, largest: f64) -> Ans
     let value = levels[best].1.value;
     let tolerance = uncertainty(&levels[best]) + kernel.error;
     let error = (value - kernel.value).abs();
-    if !(error <= SAFETY * tolerance) && tolerance.is_finite() {
+    if tolerance.is_finite() && (error.is_nan() || error > SAFETY * tolerance) {
         return Answer::Contradicts(value, SAFETY * tolerance);
     }
     let size = value.abs().max(kernel.value.abs());
@@ -122,8 +125,8 @@ fn quotients(
     }
     let quotient = |((high, low), noise): ((f64, f64), &f64)| Quotient {
         value: (high - low) / width,
-        // The bound is that of the middle; a step may double it.
-        noise: 4.0 * noise / width,
+        // The bound is that of the middle; a step may double it, and where the middle is zero it brings its own.
+        noise: 4.0 * (noise + f64::EPSILON * (high.abs() + low.abs())) / width,
     };
     Some(high.into_iter().zip(low).zip(noise).map(quotient).collect())
 }

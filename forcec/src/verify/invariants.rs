@@ -26,13 +26,13 @@ struct Worst {
 impl Worst {
     fn see(&mut self, error: f64, tolerance: f64, entry: impl FnOnce() -> Entry) {
         let here = ratio(error, tolerance);
-        if self.found.as_ref().is_none_or(|found| here > found.ratio() || here.is_nan()) {
+        if self.found.as_ref().is_none_or(|found| here > found.ratio()) {
             self.found = Some(entry());
         }
     }
 
     fn is_violation(&self) -> bool {
-        self.found.as_ref().is_some_and(|entry| !(entry.ratio() <= 1.0))
+        self.found.as_ref().is_some_and(|entry| entry.ratio() > 1.0)
     }
 }
 
@@ -292,7 +292,7 @@ fn balance(name: &'static str, motions: &[Motion]) -> Invariant {
     let worst = worst.max_by(|a, b| a.ratio().total_cmp(&b.ratio()));
     let verdict = match &worst {
         _ if kept.is_empty() => Verdict::NotInvariant,
-        Some(entry) if !(entry.ratio() <= 1.0) => Verdict::Violated,
+        Some(entry) if entry.ratio() > 1.0 => Verdict::Violated,
         _ => Verdict::Holds,
     };
     let mut detail = Vec::new();

@@ -59,7 +59,7 @@ impl Default for CheckOptions {
     }
 }
 
-/// Draws for one state before it counts as passive: a one-sided constraint should push at every other state.
+/// Draws for one state before one without force will do: at every other state something should push.
 const PASSIVE_DRAWS: usize = 40;
 /// States a family whose ∂F/∂X is compared entry by entry however dear that is; others may be compared along a direction.
 const FULL_STATES: usize = 2;
@@ -83,7 +83,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
         array,
         entries: 0,
         failures: 0,
-        relative: 0.0,
+        relative: Family::ALL.map(|family| (family, 0.0)).to_vec(),
         worst: None,
         sharp: 0,
     });
@@ -100,7 +100,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     let mut coverage: Vec<Coverage> = Vec::new();
     for family in Family::ALL {
         let mut states = Coverage { family, checked: 0, singular: 0, active: 0 };
-        checker.family(&mut states, options.states, options);
+        checker.family(&mut states, options.states, 0, options);
         coverage.push(states);
     }
     // What uncovered families leave out, random states make up for.
@@ -108,7 +108,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     let checked: usize = coverage.iter().map(|c| c.checked).sum();
     let random = &mut coverage[Family::Random as usize];
     if checked < least && random.is_covered() {
-        checker.family(random, options.states + least - checked, options);
+        checker.family(random, options.states + least - checked, 1 << 20, options);
     }
     checker.report(subject, options, coverage)
 }
@@ -133,30 +133,10 @@ struct Exact<'o, 'd> {
     direction: Option<Vec<f64>>,
 }
 
-/// What is granted to the oracle beside the rounding of the kernel.
-#[derive(Clone, Copy)]
-struct Slack {
-    /// What rounding in 320 bits leaves, and what the bits of quaternions from length one leave of terms that cancel.
-    noise: f64,
-    /// Relative to the largest entry: the bits of quaternions from length one; and 2⁻⁶⁰ for the truncation of the
-    /// oracle's own quotients, which is far smaller.
-    relative: f64,
-}
-
-/// How far inputs may be from what they stand for: the bits of a quaternion from length one.
-pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
-    let mut errors = vec![0.0; values.len()];
-    let mut quaternion = |at: usize| {
-        let excess = excess(&values[at..at + 4]).abs();
-        for k in at..at + 4 {
-            errors[k] = 2.0 * excess * values[k].abs();
-        }
-    };
-    for body in 0..layout.signature.bodies.len() {
-        if let Some(at) = layout.field(body, Role::Orientation) {
-            quaternion(at);
-        }
-    }
+/// Where the quaternions among the inputs begin.
+pub(crate) fn quaternions(layout: &Layout) -> Vec<usize> {
+    let bodies = 0..layout.signature.bodies.len();
+    let mut places: Vec<usize> = bodies.filter_map(|body| layout.field(body, Role::Orientation)).collect();
     for (p, parameter) in layout.signature.parameters.iter().enumerate() {
         let mut element = &parameter.ty;
         while let ParameterType::Array(_, inner) = element {
@@ -164,30 +144,42 @@ pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
         }
         if *element == ParameterType::Quaternion {
             let length = parameter.ty.length() as usize;
-            (0..length).step_by(4).for_each(|k| quaternion(layout.parameter(p) + k));
+            places.extend((0..length).step_by(4).map(|k| layout.parameter(p) + k));
+        }
+    }
+    places
+}
+
+/// How far inputs may be from what they stand for: the bits of a quaternion from length one.
+pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
+    let mut errors = vec![0.0; values.len()];
+    for at in quaternions(layout) {
+        let excess = excess(&values[at..at + 4]).abs();
+        for k in at..at + 4 {
+            errors[k] = excess * values[k].abs();
         }
     }
     errors
 }
 
 impl<'a> Checker<'a> {
-    /// Checks states of a family until so many are regular, or nine in ten are singular.
-    fn family(&mut self, coverage: &mut Coverage, states: usize, options: &CheckOptions) {
+    /// Checks states of a family until so many are regular, or nine in ten are singular; draws count from `number`.
+    fn family(&mut self, coverage: &mut Coverage, states: usize, number: u64, options: &CheckOptions) {
         let family = coverage.family;
         let mut passive = 0;
-        let mut number = coverage.checked + coverage.singular;
+        let mut number = number;
         while coverage.checked < states && coverage.checked + coverage.singular < 10 * states {
             number += 1;
-            let mut random = Random::new(seed(options.seed, family, number as u64));
+            let mut random = Random::new(seed(options.seed, family, number));
             let index = coverage.checked;
             let state = draw(self.layout, self.oracle.is_constraint(), family, index, &mut random);
             let full = index < FULL_STATES || self.oracle.cost() * (6 * options.states as u64) <= BUDGET;
-            let Ok(point) = self.oracle.point(&state) else {
+            let Ok(point) = self.oracle.unit_point(&state) else {
                 coverage.singular += 1;
                 continue;
             };
             let pushes = point.pushes();
-            if !pushes && index % 2 == 0 && passive < PASSIVE_DRAWS * states {
+            if !pushes && index.is_multiple_of(2) && passive < PASSIVE_DRAWS * states {
                 passive += 1;
                 continue;
             }
@@ -195,6 +187,11 @@ impl<'a> Checker<'a> {
                 coverage.singular += 1;
                 continue;
             };
+            let (outputs, _) = self.tape.values(&state.values);
+            if exact.point.has_edges() && !outputs.iter().all(|x| x.is_finite()) {
+                coverage.singular += 1;
+                continue;
+            }
             coverage.checked += 1;
             coverage.active += usize::from(pushes);
             self.state(family, index, &state, &exact, &mut random);
@@ -226,23 +223,14 @@ impl<'a> Checker<'a> {
         let (force, matrices) = outputs.split_at(n);
         let (dfdx, dfdv) = matrices.split_at(n * n);
         let column = std::slice::from_ref(&exact.point.force);
-        // A derivative that |q| = 1 made simpler no longer reads the bits whose length is not quite one.
-        let length = 4.0 * errors.iter().copied().fold(0.0, f64::max);
-        // Where it made all of an array zero, the oracle still sees those bits, times the terms that cancel.
-        let rest = length * exact.point.size;
-        let slack = |noise: f64| Slack { noise: noise + rest, relative: length + 2f64.powi(-60) };
-        self.compare(Array::Force, family, state, force, column, slack(exact.point.noise));
-        self.compare(Array::Dfdv, family, state, dfdv, &exact.dfdv.columns, slack(exact.dfdv.noise));
-        let along = exact
-            .direction
-            .as_ref()
-            .map(|direction| self.along(direction, dfdx, &exact.dfdx, slack(exact.dfdx.noise)));
-        let noise = slack(exact.dfdx.noise);
+        self.compare(Array::Force, family, state, force, column, exact.point.noise);
+        self.compare(Array::Dfdv, family, state, dfdv, &exact.dfdv.columns, exact.dfdv.noise);
+        let along = exact.direction.as_ref().map(|direction| self.along(direction, dfdx, &exact.dfdx));
         match along {
-            None => self.compare(Array::Dfdx, family, state, dfdx, &exact.dfdx.columns, noise),
+            None => self.compare(Array::Dfdx, family, state, dfdx, &exact.dfdx.columns, exact.dfdx.noise),
             // Where a direction shows an error, the entries name it.
             Some(false) => match exact.point.dfdx() {
-                Ok(all) => self.compare(Array::Dfdx, family, state, dfdx, &all.columns, slack(all.noise)),
+                Ok(all) => self.compare(Array::Dfdx, family, state, dfdx, &all.columns, all.noise),
                 Err(_) => self.comparisons[Array::Dfdx as usize].failures += 1,
             },
             Some(true) => self.comparisons[Array::Dfdx as usize].entries += n,
@@ -286,12 +274,13 @@ impl<'a> Checker<'a> {
         state: &State,
         kernel: &[Bounded],
         exact: &[Vec<Big>],
-        slack: Slack,
+        noise: f64,
     ) {
         let width = exact.len();
-        let sizes = exact.iter().flatten().map(|x| x.to_f64().abs()).filter(|x| *x > slack.noise);
+        let sizes = exact.iter().flatten().map(|x| x.to_f64().abs()).filter(|x| *x > noise);
         let largest = sizes.fold(0.0, f64::max);
-        let slack = slack.noise + largest * slack.relative;
+        // 2⁻⁶⁰ of the largest stands for the truncation of the oracle's own quotients, which is far smaller.
+        let slack = noise + largest * 2f64.powi(-60);
         let mut widest = 0.0f64;
         for (column, exact) in exact.iter().enumerate() {
             for (row, exact) in exact.iter().enumerate() {
@@ -302,7 +291,8 @@ impl<'a> Checker<'a> {
                 }
                 let tolerance = computed.error * 1.001 + slack;
                 widest = widest.max(tolerance);
-                let fails = !(error <= tolerance);
+                // A kernel that returns no number has an infinite bound as well.
+                let fails = error.is_infinite() || error > tolerance;
                 let relative = match largest {
                     _ if error <= slack => 0.0,
                     0.0 => f64::INFINITY,
@@ -323,7 +313,8 @@ impl<'a> Checker<'a> {
                 let comparison = &mut self.comparisons[array as usize];
                 comparison.entries += 1;
                 comparison.failures += usize::from(fails);
-                comparison.relative = comparison.relative.max(relative);
+                let of_family = &mut comparison.relative[family as usize].1;
+                *of_family = of_family.max(relative);
                 if entry.is_some() {
                     comparison.worst = entry;
                 }
@@ -335,11 +326,11 @@ impl<'a> Checker<'a> {
     }
 
     /// Whether ∂F/∂X along a direction is the exact one, within the tolerances of its entries.
-    fn along(&self, direction: &[f64], kernel: &[Bounded], exact: &Columns, slack: Slack) -> bool {
+    fn along(&self, direction: &[f64], kernel: &[Bounded], exact: &Columns) -> bool {
         let n = direction.len();
         let column = &exact.columns[0];
         let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
-        let slack = slack.noise + largest * slack.relative;
+        let slack = exact.noise + largest * 2f64.powi(-60);
         column.iter().enumerate().all(|(row, exact)| {
             let mut sum = Big::zero();
             let mut tolerance = slack;
@@ -390,8 +381,9 @@ impl<'a> Checker<'a> {
         let active: usize = covered.clone().map(|c| c.active).sum();
         if covered.count() == 0 {
             problems.push("no family has regular states: nothing was checked".to_owned());
-        } else if active == 0 {
-            problems.push("no state was found at which a row pushes: only zeros were checked".to_owned());
+        } else if active == 0 && !subject.program.force.iter().all(|id| subject.program.graph.is_zero(*id)) {
+            problems
+                .push("no state was found at which a force is not zero: only zeros were checked".to_owned());
         }
         let ordinary = coverage.iter().any(|c| c.family.is_ordinary() && c.is_covered());
         for comparison in self.comparisons.iter().filter(|c| ordinary && c.sharp == 0) {

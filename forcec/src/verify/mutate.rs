@@ -64,6 +64,7 @@ pub fn apply(program: &Program, mutation: Mutation) -> Program {
                 let factors: Vec<(Id, u32)> = factors.iter().map(|(x, n)| (at(x), *n)).collect();
                 graph.product(&factors)
             }
+            Node::Multiple(c, x) => graph.held_multiple(c, at(x)),
             Node::Recip(x) => graph.recip(at(x)),
             Node::Call(function, arguments) => {
                 let arguments: Vec<Id> = arguments.iter().map(at).collect();

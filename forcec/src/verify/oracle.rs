@@ -7,7 +7,7 @@
 //! double's 2⁻⁵³, and about N + N²/2 evaluations of C, each of what
 //! depends on the coordinates that moved, serve all of ∂F/∂X.
 
-use super::big::{BITS, Big};
+use super::big::Big;
 use super::layout::{Coordinate, Layout};
 use super::source::{self, Fields, Source, Values, field_bit};
 use super::states::State;
@@ -17,6 +17,11 @@ use std::collections::BTreeMap;
 
 /// Steps are 2 to the minus this.
 const STEP: i32 = 104;
+/// What a quotient leaves out, as a power of two of the largest value in the source: 2⁻¹⁰⁴ times half a second derivative,
+/// for which 2¹² times that value is room enough. Rounding, 2⁻³¹⁰ over two steps, is less.
+const TRUNCATION: i32 = 12 - STEP;
+/// Beyond two to this power the products in a kernel's derivatives leave the range of doubles: no number is expected.
+const LARGEST: i32 = 200;
 
 /// The source of a kernel, ready to be differentiated.
 pub(crate) struct Oracle<'d> {
@@ -67,11 +72,8 @@ pub(crate) struct Point<'o, 'd> {
     activity: Vec<bool>,
     /// F.
     pub(crate) force: Vec<Big>,
-    /// The size of what rounding in 320 bits leaves in F.
+    /// The size of what truncation and rounding leave in F and its derivatives, at most.
     pub(crate) noise: f64,
-    /// The size of the terms that F and its derivatives are made of, generously: the largest number met, times forces
-    /// and gains.
-    pub(crate) size: f64,
 }
 
 /// Columns of ∂F/∂X or ∂F/∂V, each along a direction of the tangent space, with what rounding leaves in them.
@@ -160,14 +162,33 @@ impl<'d> Oracle<'d> {
         self.point_at(state.values.iter().map(|x| Big::from_f64(*x)).collect())
     }
 
+    /// The same at the quaternions of length one that the stored ones stand for: derivatives may use |q| = 1, so that
+    /// the truth they are compared with must not depend on how the bits miss it.
+    pub(crate) fn unit_point(&self, state: &State) -> Result<Point<'_, 'd>, Singular> {
+        let mut inputs: Vec<Big> = state.values.iter().map(|x| Big::from_f64(*x)).collect();
+        for at in super::quaternions(self.layout) {
+            let squares = inputs[at..at + 4].iter().map(|x| x.clone() * x.clone());
+            let length = squares.reduce(|sum, square| sum + square).map(|square| square.sqrt());
+            let length = length.unwrap_or_else(|| Big::from_f64(1.0));
+            for x in &mut inputs[at..at + 4] {
+                *x = x.clone() / length.clone();
+            }
+        }
+        self.point_at(inputs)
+    }
+
     /// The same at inputs given to all bits.
     pub(crate) fn point_at(&self, inputs: Vec<Big>) -> Result<Point<'_, 'd>, Singular> {
-        let values = self.source.evaluate(&inputs);
+        let mut values = self.source.evaluate(&inputs);
+        self.source.mark_edges(&mut values);
         let rows = self.rows(&values);
-        if values.singular || !all_finite(&rows) {
+        if !all_finite(&rows) {
             return Err(Singular::Value);
         }
-        let mut largest = inputs.iter().filter_map(Big::exponent).max().unwrap_or(0);
+        let gains = if self.is_constraint() { 2 } else { 0 };
+        let parameters = self.layout.signature.parameters.len();
+        let end = if gains > 0 { self.layout.parameter(parameters - gains) } else { inputs.len() };
+        let mut largest = inputs[..end].iter().filter_map(Big::exponent).max().unwrap_or(0);
         for value in values.own() {
             largest = match value {
                 source::Value::Real(x) => x.exponent().map_or(largest, |e| e.max(largest)),
@@ -175,8 +196,10 @@ impl<'d> Oracle<'d> {
                 source::Value::Truth(_) => largest,
             };
         }
-        let met = 2f64.powi(largest.clamp(-500, 500));
-        let noise = met * 2f64.powi(10 - BITS as i32);
+        if largest > LARGEST {
+            return Err(Singular::Value);
+        }
+        let noise = 2f64.powi(largest.max(-LARGEST)) * 2f64.powi(TRUNCATION);
         let mut point = Point {
             oracle: self,
             inputs,
@@ -187,7 +210,6 @@ impl<'d> Oracle<'d> {
             activity: Vec::new(),
             force: Vec::new(),
             noise,
-            size: met,
         };
         if self.law == Statement::Force {
             point.force = point.rows.clone();
@@ -198,7 +220,7 @@ impl<'d> Oracle<'d> {
         (point.multipliers, point.activity) =
             self.multipliers(&point.inputs, &point.rows, &point.jacobian, &velocities);
         point.force = self.force(&point.jacobian, &point.multipliers);
-        // A row is off by `noise`, an entry of J by noise/step: what that does to F.
+        // What an error of that size in rows, J and dC/dt does to F.
         let size = |x: &Big| x.to_f64().abs();
         let entry = point.jacobian.iter().flatten().map(size).fold(0.0, f64::max);
         let push: f64 = point.multipliers.iter().map(size).sum();
@@ -207,9 +229,7 @@ impl<'d> Oracle<'d> {
             .map(|row| self.gains(&point.inputs, row))
             .map(|(stiffness, damping)| size(&stiffness) + size(&damping) * speed)
             .sum();
-        let terms = 1.0 + push + entry * gains;
-        point.noise = noise * 2f64.powi(STEP + 1) * terms;
-        point.size = met * terms;
+        point.noise = noise * (1.0 + push + entry * gains);
         if !all_finite(&point.force) || !point.noise.is_finite() {
             return Err(Singular::Value);
         }
@@ -332,15 +352,30 @@ fn all_finite(x: &[Big]) -> bool {
     x.iter().all(|x| x.is_finite() && x.to_f64().is_finite())
 }
 
+/// Whether a step went along one branch and where everything has a derivative.
+fn regular(values: &Values<Big>) -> Result<(), Singular> {
+    match (values.crossed, values.at_edge) {
+        (true, _) => Err(Singular::Branch),
+        (_, true) => Err(Singular::Value),
+        _ => Ok(()),
+    }
+}
+
 /// (after − before)/step
 fn quotient(after: &[Big], before: &[Big]) -> Vec<Big> {
     after.iter().zip(before).map(|(a, b)| (a.clone() - b.clone()).scaled(STEP)).collect()
 }
 
 impl Point<'_, '_> {
-    /// Whether some row pushes; what is no one-sided constraint always does.
+    /// Whether some force is not zero.
     pub(crate) fn pushes(&self) -> bool {
-        self.activity.is_empty() || self.activity.contains(&true)
+        self.force.iter().any(|f| !f.is_zero())
+    }
+
+    /// Whether some formula has no derivative here but for its arguments staying what they are, as in `max(x, 0).sqrt()`.
+    /// The mathematics is regular then; a kernel may give what IEEE arithmetic gives.
+    pub(crate) fn has_edges(&self) -> bool {
+        self.values.has_edges()
     }
 
     /// J at inputs whose values and rows are known. `shared` keeps rows for the columns of ∂F/∂X that meet them again.
@@ -360,9 +395,7 @@ impl Point<'_, '_> {
                 None => {
                     let moved = oracle.moved(inputs, coordinate);
                     let next = oracle.source.update(values, &moved, oracle.pose_bits[k]);
-                    if next.crossed {
-                        return Err(Singular::Branch);
-                    }
+                    regular(&next)?;
                     let after = oracle.rows(&next);
                     if !all_finite(&after) {
                         return Err(Singular::Value);
@@ -388,9 +421,7 @@ impl Point<'_, '_> {
         shared: Option<(usize, &mut TwoSteps)>,
     ) -> Result<Vec<Big>, Singular> {
         let oracle = self.oracle;
-        if values.crossed {
-            return Err(Singular::Branch);
-        }
+        regular(values)?;
         let rows = oracle.rows(values);
         if !all_finite(&rows) {
             return Err(Singular::Value);
@@ -465,13 +496,7 @@ impl Point<'_, '_> {
 
     fn columns(&self, columns: Vec<Vec<Big>>) -> Result<Columns, Singular> {
         if columns.iter().all(|column| all_finite(column)) {
-            // Where a force is quadratic and its derivative zero, as at rest, the step itself is left of a one-sided quotient,
-            // times a second derivative of about the largest number met.
-            let truncation = match self.oracle.law {
-                Statement::Force => self.size * 2f64.powi(4 - STEP),
-                _ => 0.0,
-            };
-            Ok(Columns { columns, noise: self.noise * 2f64.powi(STEP + 1) + truncation })
+            Ok(Columns { columns, noise: self.noise })
         } else {
             Err(Singular::Value)
         }

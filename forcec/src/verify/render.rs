@@ -4,9 +4,10 @@
 //! and the state that shows it; or one JSON array.
 
 use super::report::{Comparison, Entry, Invariant, Report, Verdict};
+use super::states::Family;
 use std::fmt::Write;
 
-const HEADINGS: [&str; 11] = [
+const HEADINGS: [&str; 17] = [
     "kernel",
     "check",
     "states",
@@ -14,15 +15,26 @@ const HEADINGS: [&str; 11] = [
     "force",
     "dfdx",
     "dfdv",
+    "near",
+    "far",
     "of bound",
     "differences",
     "unresolved",
-    "physics",
+    "Σ force",
+    "Σ torque",
+    "turned",
+    "dfdv",
+    "dfdx",
 ];
+/// Columns from here on, and the first two, stand to the left.
+const PHYSICS: usize = 12;
 
-/// A table of many kernels, failures in full below it.
+/// A table of many kernels, failures in full below it. `force`, `dfdx` and `dfdv` are the largest errors relative to the
+/// largest entry at states of order one and stiff ones, `near` and `far` the same over all arrays at near-singular and far
+/// states; `of bound` is the largest error relative to what rounding accounts for. Then the invariants: balance of forces
+/// and torques, equivariance, symmetry of ∂F/∂V, symmetry of ∂F/∂X up to the torque.
 pub fn table(reports: &[Report]) -> String {
-    let mut rows = vec![HEADINGS.map(str::to_owned)];
+    let mut rows = vec![HEADINGS.map(str::to_owned).to_vec()];
     rows.extend(reports.iter().map(line));
     let mut widths = [0; HEADINGS.len()];
     for row in &rows {
@@ -33,7 +45,7 @@ pub fn table(reports: &[Report]) -> String {
     let mut text = String::new();
     for row in &rows {
         let cells = row.iter().zip(widths).enumerate().map(|(column, (cell, width))| {
-            let left = matches!(column, 0 | 1 | 10);
+            let left = !(2..PHYSICS).contains(&column);
             let gap = " ".repeat(width - cell.chars().count());
             if left { format!("{cell}{gap}") } else { format!("{gap}{cell}") }
         });
@@ -76,47 +88,41 @@ fn size(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
 }
 
-fn line(report: &Report) -> [String; HEADINGS.len()] {
-    let relative = |index: usize| report.comparisons.get(index).map_or(String::new(), |c| size(c.relative));
-    let worst = |c: &Comparison| c.worst.as_ref().map_or(0.0, Entry::ratio);
-    let of_bound = report.comparisons.iter().map(worst).fold(0.0, f64::max);
-    let differences = &report.differences;
-    let contradicted = match differences.disagree {
-        0 => format!("{} agree", differences.agree),
-        n => format!("{n} disagree"),
-    };
-    [
+fn line(report: &Report) -> Vec<String> {
+    let mut cells = vec![
         report.kernel.clone(),
         if report.passed { "pass".to_owned() } else { "FAIL".to_owned() },
         report.states().to_string(),
         report.singular().to_string(),
-        relative(0),
-        relative(1),
-        relative(2),
-        if of_bound < 10.0 { format!("{of_bound:.2}") } else { size(of_bound) },
-        contradicted,
-        differences.unresolved.to_string(),
-        physics(&report.invariants),
-    ]
+    ];
+    let hard = |family| matches!(family, Family::NearSingular | Family::Far);
+    cells.extend(report.comparisons.iter().map(|c| size(c.relative(|family| !hard(family)))));
+    for family in [Family::NearSingular, Family::Far] {
+        let errors = report.comparisons.iter().map(|c| c.relative(|of| of == family));
+        cells.push(size(errors.fold(0.0, f64::max)));
+    }
+    let worst = |c: &Comparison| c.worst.as_ref().map_or(0.0, Entry::ratio);
+    let of_bound = report.comparisons.iter().map(worst).fold(0.0, f64::max);
+    cells.push(if of_bound < 10.0 { format!("{of_bound:.2}") } else { size(of_bound) });
+    let differences = &report.differences;
+    cells.push(match differences.disagree {
+        0 => format!("{} agree", differences.agree),
+        n => format!("{n} disagree"),
+    });
+    cells.push(differences.unresolved.to_string());
+    cells.extend(report.invariants.iter().map(physics));
+    cells
 }
 
-/// The invariants that apply, in few words.
-fn physics(invariants: &[Invariant]) -> String {
-    let mut parts: Vec<String> = Vec::new();
-    for verdict in [Verdict::Violated, Verdict::Holds, Verdict::NotInvariant] {
-        let names: Vec<String> = invariants
-            .iter()
-            .filter(|invariant| invariant.verdict == verdict)
-            .map(|invariant| match invariant.detail.as_str() {
-                "" => invariant.name.to_owned(),
-                detail => format!("{} ({detail})", invariant.name),
-            })
-            .collect();
-        if !names.is_empty() {
-            parts.push(format!("{}: {}", verdict.name(), names.join(", ")));
-        }
+/// An invariant in few words.
+fn physics(invariant: &Invariant) -> String {
+    let detail = invariant.detail.replace("at damping 0", "kd = 0").replace("along ", "");
+    match invariant.verdict {
+        Verdict::NotApplicable => "-".to_owned(),
+        Verdict::Violated => "VIOLATED".to_owned(),
+        verdict if detail.is_empty() => verdict.name().to_owned(),
+        verdict => format!("{}: {detail}", verdict.name()),
     }
-    parts.join("; ")
 }
 
 fn details(text: &mut String, report: &Report) {
@@ -180,11 +186,12 @@ fn object(report: &Report) -> String {
         ])
     });
     let comparisons = report.comparisons.iter().map(|c| {
+        let relative: Vec<(&str, String)> = c.relative.iter().map(|(f, x)| (f.name(), number(*x))).collect();
         fields(&[
             ("array", string(c.array.name())),
             ("entries", c.entries.to_string()),
             ("failures", c.failures.to_string()),
-            ("relative_error", number(c.relative)),
+            ("relative_error", fields(&relative)),
             ("sharp_states", c.sharp.to_string()),
             ("worst", entry(c.worst.as_ref())),
         ])

@@ -71,7 +71,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// error/tolerance; infinite where the kernel gives no finite number.
+    /// error/tolerance, a failure above 1; infinite where the kernel gives no finite number.
     pub fn ratio(&self) -> f64 {
         ratio(self.error, self.tolerance)
     }
@@ -96,12 +96,19 @@ pub struct Comparison {
     pub entries: usize,
     /// How many of them were off by more than rounding accounts for.
     pub failures: usize,
-    /// The largest error relative to the largest entry of its array.
-    pub relative: f64,
+    /// Per family the largest error relative to the largest entry of its array.
+    pub relative: Vec<(Family, f64)>,
     /// The entry with the largest ratio of error to tolerance.
     pub worst: Option<Entry>,
     /// States of order one at which rounding leaves at least six digits of the array.
     pub sharp: usize,
+}
+
+impl Comparison {
+    /// The largest relative error in some families.
+    pub fn relative(&self, families: impl Fn(Family) -> bool) -> f64 {
+        self.relative.iter().filter(|(family, _)| families(*family)).map(|(_, x)| *x).fold(0.0, f64::max)
+    }
 }
 
 /// A kernel's derivatives against differences of its own force, both in doubles.
@@ -164,7 +171,7 @@ pub struct Coverage {
     pub checked: usize,
     /// States that were redrawn because a value or derivative does not exist there, or a branch is too near.
     pub singular: usize,
-    /// Of the compared ones, how many had a row that pushes; all of them unless the constraint is unilateral.
+    /// Of the compared ones, how many had a force that is not zero.
     pub active: usize,
 }
 

@@ -64,6 +64,8 @@ struct Step<'g, N> {
 pub(crate) struct Source<'g, N> {
     layout: &'g Layout,
     steps: Vec<Step<'g, N>>,
+    /// The steps that are asked for.
+    wanted: Vec<usize>,
     /// The step of each node of the graph.
     places: Vec<usize>,
 }
@@ -74,8 +76,11 @@ pub(crate) struct Values<'p, N> {
     own: Vec<Option<Value<N>>>,
     /// Whether some choice differs from the point it started from.
     pub(crate) crossed: bool,
-    /// Whether some node stands where it has no derivative.
-    pub(crate) singular: bool,
+    /// The steps that stand at the edge of where their function has a derivative, and count: an arm of a condition that
+    /// is not taken does not.
+    edges: Vec<usize>,
+    /// Whether an argument of such a step moved.
+    pub(crate) at_edge: bool,
 }
 
 impl<N> Values<'_, N> {
@@ -85,6 +90,11 @@ impl<N> Values<'_, N> {
             (None, Some(before)) => before.at(step),
             (None, None) => panic!("operands come before users"),
         }
+    }
+
+    /// Whether some step would have no derivative if its arguments moved.
+    pub(crate) fn has_edges(&self) -> bool {
+        !self.edges.is_empty()
     }
 
     /// Every value that was computed here.
@@ -105,8 +115,9 @@ fn slots(node: &Node) -> Vec<Slot> {
 impl<'g, N: Number> Source<'g, N> {
     /// The part of a graph that some nodes need.
     pub(crate) fn new(graph: &'g Graph, layout: &'g Layout, wanted: impl IntoIterator<Item = usize>) -> Self {
+        let wanted: Vec<usize> = wanted.into_iter().collect();
         let mut live = vec![false; graph.len()];
-        for index in wanted {
+        for &index in &wanted {
             live[index] = true;
         }
         for index in (0..graph.len()).rev() {
@@ -133,7 +144,8 @@ impl<'g, N: Number> Source<'g, N> {
             places[index] = steps.len();
             steps.push(Step { node, depends, numbers });
         }
-        Source { layout, steps, places }
+        let wanted = wanted.into_iter().map(|node| places[node]).collect();
+        Source { layout, steps, wanted, places }
     }
 
     /// About what one evaluation costs, in additions of 320 bits.
@@ -165,14 +177,22 @@ impl<'g, N: Number> Source<'g, N> {
             before: None,
             own: Vec::with_capacity(self.steps.len()),
             crossed: false,
-            singular: false,
+            edges: Vec::new(),
+            at_edge: false,
         };
         for step in &self.steps {
             let value = self.value(step, &values, point);
-            values.singular |= self.is_singular(step.node, &values);
             values.own.push(Some(value));
         }
         values
+    }
+
+    /// Marks the steps that have no derivative where they stand.
+    pub(crate) fn mark_edges(&self, values: &mut Values<N>) {
+        let reached = self.reached(values);
+        let steps = self.steps.iter().enumerate().filter(|(index, _)| reached[*index]);
+        values.edges =
+            steps.filter(|(_, step)| self.is_singular(step.node, values)).map(|(index, _)| index).collect();
     }
 
     /// All values at a point that differs from another in these fields.
@@ -186,7 +206,8 @@ impl<'g, N: Number> Source<'g, N> {
             before: Some(before),
             own: (0..self.steps.len()).map(|_| None).collect(),
             crossed: false,
-            singular: false,
+            edges: before.edges.clone(),
+            at_edge: before.at_edge,
         };
         for (index, step) in self.steps.iter().enumerate() {
             if step.depends & changed == 0 {
@@ -198,8 +219,49 @@ impl<'g, N: Number> Source<'g, N> {
                 _ => self.choice(step.node, &values) != self.choice(step.node, before),
             };
             values.own[index] = Some(value);
+            if values.edges.contains(&index) {
+                values.at_edge |= self.arguments_moved(step.node, before, &values);
+            }
         }
         values
+    }
+
+    /// Which steps the wanted nodes get their values from, untaken arms left out.
+    fn reached(&self, values: &Values<N>) -> Vec<bool> {
+        let mut reached = vec![false; self.steps.len()];
+        for step in &self.wanted {
+            reached[*step] = true;
+        }
+        for index in (0..self.steps.len()).rev() {
+            if !reached[index] {
+                continue;
+            }
+            let node = self.steps[index].node;
+            let arms = match *node {
+                Node::Select(c, x, y) => Some((c, x.index(), y.index())),
+                Node::VectorSelect(c, u, v) => Some((c, u.index(), v.index())),
+                _ => None,
+            };
+            let untaken = arms
+                .filter(|(_, x, y)| x != y)
+                .map(|(condition, x, y)| if self.get(values, condition.index()).truth() { y } else { x });
+            for operand in node.operands().into_iter().map(|operand| operand as usize) {
+                if Some(operand) != untaken {
+                    reached[self.places[operand]] = true;
+                }
+            }
+        }
+        reached
+    }
+
+    fn arguments_moved(&self, node: &Node, before: &Values<N>, after: &Values<N>) -> bool {
+        let same = |x: &N, y: &N| N::holds(Comparison::Equal, x, y);
+        let mut operands = node.operands().into_iter().map(|operand| operand as usize);
+        operands.any(|operand| match (self.get(before, operand), self.get(after, operand)) {
+            (Value::Real(x), Value::Real(y)) => !same(x, y),
+            (Value::Vector(x), Value::Vector(y)) => !x.iter().zip(y).all(|(x, y)| same(x, y)),
+            _ => false,
+        })
     }
 
     /// Which way a function of two branches goes.

@@ -21,7 +21,7 @@ pub enum Family {
     NearSingular,
     /// 1e4 to 1e6 from the origin.
     Far,
-    /// Stiffness 1e8 and damping 1e5; without them some real parameters 1e2 to 1e8 times as large.
+    /// Stiffness 1e8 to 1e10 and damping 1e4 to 1e6; without them some real parameters 1e2 to 1e8 times as large.
     Stiff,
 }
 
@@ -85,7 +85,7 @@ impl Random {
     }
 
     pub(crate) fn chance(&mut self, one_in: u64) -> bool {
-        self.next() % one_in == 0
+        self.next().is_multiple_of(one_in)
     }
 
     /// A vector of length one.
@@ -138,18 +138,13 @@ pub(crate) fn unit_quaternion(q: &[f64]) -> Vec<f64> {
         q[k] += steps * unit;
     }
     let mut best = q.clone();
-    for choice in 0..625 {
+    for choice in 0..81u32 {
         let mut candidate = q.clone();
-        let mut rest = choice;
-        for x in &mut candidate {
-            let steps = rest % 5;
-            rest /= 5;
-            *x = match steps {
+        for (k, x) in candidate.iter_mut().enumerate() {
+            *x = match choice / 3u32.pow(k as u32) % 3 {
+                0 => *x,
                 1 => x.next_up(),
-                2 => x.next_down(),
-                3 => x.next_up().next_up(),
-                4 => x.next_down().next_down(),
-                _ => *x,
+                _ => x.next_down(),
             };
         }
         if excess(&candidate).abs() < excess(&best).abs() {
@@ -178,8 +173,8 @@ pub(crate) fn draw(layout: &Layout, gains: bool, family: Family, index: usize, r
             let stiffness = p + 2 == parameters;
             for x in values {
                 *x = match (family, stiffness) {
-                    (Family::Stiff, true) => 1e8,
-                    (Family::Stiff, false) => 1e5,
+                    (Family::Stiff, true) => random.decades(8, 10),
+                    (Family::Stiff, false) => random.decades(4, 6),
                     (_, true) => random.decades(0, 3),
                     (_, false) => random.decades(-1, 2),
                 };

@@ -338,7 +338,7 @@ pub(crate) fn random(seed: u64, size: usize) -> Program {
         p.force[row] = pick(&mut g);
         for column in 0..count {
             p.dfdx[row][column] = pick(&mut g);
-            if seed % 2 == 0 {
+            if seed.is_multiple_of(2) {
                 p.dfdv[row][column] = pick(&mut g);
             }
         }

@@ -1,0 +1,65 @@
+//! Texts to compile: the library, and force files of any size.
+//!
+//! The benchmark `compile_time` and the test `time_per_node` both read them.
+
+use forcec::compile::{Compiled, compile};
+use forcec::span::Source;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// The force files of the library, in sorted order.
+pub fn library() -> Vec<Source> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints");
+    let entries = std::fs::read_dir(&folder).expect("the folder of the library");
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry of it").path()).collect();
+    paths.sort();
+    let read = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).expect("a force file");
+        Source::new(path.file_name().unwrap_or_default().to_string_lossy(), text)
+    };
+    paths.iter().filter(|path| path.extension().is_some_and(|ending| ending == "rs")).map(read).collect()
+}
+
+/// Compiles everything in a source.
+pub fn compile_all(source: &Source) -> Compiled {
+    match compile(source, &|_| true) {
+        Ok(compiled) => compiled,
+        Err(diagnostics) => panic!("{diagnostics}"),
+    }
+}
+
+/// Helper functions that call each other, ten in a row, and an energy that adds up what they make of a particle's
+/// position and of a parameter each: a force file whose kernel grows in proportion to `links`, about 46 nodes a link.
+pub fn chain(links: usize) -> Source {
+    let parameters = (links / 4).max(1);
+    let mut text = String::from("//! Chains of helper functions.\n\n");
+    let mut energy = String::from("0.0");
+    for k in 0..links {
+        let (c, d) = (k % 7 + 2, k % 5 + 3);
+        let before = if k % 10 == 0 { "0.0".to_owned() } else { format!("link_{}(x, s)", k - 1) };
+        let _ = writeln!(
+            text,
+            "fn link_{k}(x: Vec3, s: [Vec3; {parameters}]) -> Real {{\n    \
+             let y = x.cross(&s[{}]) + Vec3::new(x.y * x.z, {c}.0 * x.x, {d}.0);\n    \
+             {before} + (1.0 + y.norm_squared()).sqrt()\n}}\n",
+            k % parameters
+        );
+        if k % 10 == 9 || k + 1 == links {
+            energy.push_str(&format!(";\n    let energy = energy + link_{k}(p.position, s)"));
+        }
+    }
+    let _ = writeln!(
+        text,
+        "#[energy]\npub fn chain(p: Particle, s: [Vec3; {parameters}]) -> Real {{\n    let energy = {energy};\n    energy\n}}"
+    );
+    Source::new("chain.rs", text)
+}
+
+/// How many scalar nodes the kernels have.
+pub fn nodes(compiled: &Compiled) -> usize {
+    compiled
+        .functions
+        .iter()
+        .map(|function| function.program.live().iter().filter(|live| **live).count())
+        .sum()
+}

@@ -1,0 +1,43 @@
+//! Compiling takes time in proportion to the kernel: `cargo test -p forcec-bench --release -- --nocapture` prints it.
+
+use forcec_bench::{chain, compile_all, nodes};
+use std::time::{Duration, Instant};
+
+/// Nodes, and the time of the fastest of some runs.
+fn measure(links: usize, runs: usize) -> (usize, Duration) {
+    let source = chain(links);
+    let run = || {
+        let started = now();
+        let compiled = compile_all(&source);
+        (now() - started, nodes(&compiled))
+    };
+    let (time, nodes) = (0..runs).map(|_| run()).min().expect("at least one run");
+    let each = time.as_secs_f64() * 1e6 / nodes as f64;
+    println!("{links} links: {nodes} nodes, {time:.2?}, {each:.1} µs a node");
+    (nodes, time)
+}
+
+/// The time this process has had on a processor, all threads together, so that a busy machine does not fail the test;
+/// where the system does not say, the time on the wall.
+fn now() -> Duration {
+    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    let wall = START.get_or_init(Instant::now).elapsed();
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // After the name, which may hold spaces: the 12th and 13th fields, in hundredths of a second.
+    let fields = stat.rsplit_once(") ").map_or("", |(_, fields)| fields).split(' ').skip(11).take(2);
+    match fields.map(str::parse::<u64>).collect::<Result<Vec<u64>, _>>() {
+        Ok(ticks) if ticks.len() == 2 => Duration::from_millis(10 * ticks.iter().sum::<u64>()),
+        _ => wall,
+    }
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "measures the optimised build")]
+fn time_per_node_does_not_grow() {
+    let (few, short) = measure(220, 3);
+    let (many, long) = measure(2200, 1);
+    let growth = (long.as_secs_f64() / many as f64) / (short.as_secs_f64() / few as f64);
+    println!("time a node grows {growth:.2} times");
+    assert!(many > 5 * few, "{few} and {many} nodes");
+    assert!(growth < 2.0, "time a node grows {growth:.2} times from {few} to {many} nodes");
+}

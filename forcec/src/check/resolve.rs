@@ -1,0 +1,55 @@
+//! Types as they are written, resolved; lengths of arrays are evaluated on the way.
+
+use super::elaborator::{Elaborator, LARGEST_VALUE};
+use super::types::Type;
+use super::values::Value;
+use crate::syntax::ast::{self, ExprId, TypeKind};
+use crate::syntax::suggest;
+
+impl Elaborator<'_> {
+    /// The type a text names.
+    pub(crate) fn resolve(&mut self, ty: &ast::Type) -> Type {
+        match &ty.kind {
+            TypeKind::Error => Type::Poison,
+            TypeKind::Tuple(types) => Type::Tuple(types.iter().map(|ty| self.resolve(ty)).collect()),
+            TypeKind::Array(element, length) => {
+                let element = self.resolve(element);
+                match self.array_length(*length) {
+                    Some(length) => Type::Array(Box::new(element), length),
+                    None => Type::Poison,
+                }
+            }
+            TypeKind::Named(name) => {
+                if let Some(known) = Type::named(name) {
+                    return known;
+                }
+                let other = crate::syntax::OTHER_NAMES.iter().find(|(other, _)| other == name);
+                let help = match other {
+                    Some((_, ours)) => Some(format!("write `{ours}`")),
+                    None => suggest::did_you_mean(name, Type::names()),
+                };
+                self.error_help(
+                    ty.span,
+                    format!("unknown type `{name}`"),
+                    "no type of the force language",
+                    help,
+                );
+                Type::Poison
+            }
+        }
+    }
+
+    /// The length of an array, at least one.
+    pub(super) fn array_length(&mut self, id: ExprId) -> Option<u32> {
+        let span = self.frame.expressions[id].span;
+        let value = self.expr(id);
+        match self.expect(value, &Type::Integer, span, "the length of an array is an integer constant") {
+            Value::Integer(n) if n >= 1 && n as u64 <= LARGEST_VALUE => Some(n as u32),
+            Value::Integer(n) => {
+                self.error(span, "a length out of range", format!("{n} is not among 1 to {LARGEST_VALUE}"));
+                None
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,468 @@
+//! The command line as a user meets it: the real program on real files, its exit codes, messages and promises.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const SPRING: &str =
+    "#[energy]\npub fn spring(p: Particle, k: Real) -> Real {\n    k * p.position.norm_squared()\n}\n";
+const DRAG: &str = "#[force]\npub fn drag(p: Particle, c: Real) -> Vec3 {\n    -c * p.velocity\n}\n";
+const WRONG: &str = "#[energy]\npub fn wrong(p: Particle) -> Real {\n    p.position.nrom()\n}\n";
+
+/// A folder of one test, empty at its start.
+struct Place {
+    folder: PathBuf,
+}
+
+/// What a run left behind.
+struct Run {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+impl Place {
+    fn new(name: &str) -> Place {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command_line").join(name);
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        Place { folder }
+    }
+
+    fn write(&self, path: &str, text: impl AsRef<[u8]>) -> &Place {
+        let path = self.folder.join(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+        self
+    }
+
+    fn read(&self, path: &str) -> String {
+        fs::read_to_string(self.folder.join(path)).unwrap()
+    }
+
+    /// The files in a folder, hidden ones too; empty where there is no such folder.
+    fn files(&self, path: &str) -> Vec<String> {
+        let Ok(entries) = fs::read_dir(self.folder.join(path)) else { return Vec::new() };
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    fn command(&self, line: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_forcec"));
+        command.args(line.split_whitespace()).current_dir(&self.folder).stdin(Stdio::null());
+        command
+    }
+
+    fn run(&self, line: &str) -> Run {
+        let Output { status, stdout, stderr } = self.command(line).output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+        let run = Run { code: status.code().expect("an exit code"), out: text(stdout), err: text(stderr) };
+        assert!(!run.err.contains("panicked"), "{line}\n{}", run.err);
+        assert!(!run.err.contains('\x1b') && !run.out.contains('\x1b'), "colours without a terminal: {line}");
+        run
+    }
+
+    fn succeeds(&self, line: &str) -> Run {
+        let run = self.run(line);
+        assert_eq!(run.code, 0, "{line}\n{}", run.err);
+        run
+    }
+
+    /// Runs what is refused with exit code 2, and returns the message; nothing goes to standard output.
+    fn refused(&self, line: &str) -> String {
+        let run = self.run(line);
+        assert_eq!((run.code, run.out.as_str()), (2, ""), "{line}\n{}", run.err);
+        run.err
+    }
+}
+
+/// That a text has these parts, in this order.
+fn assert_has(text: &str, parts: &[&str]) {
+    let mut rest = text;
+    for part in parts {
+        let at = rest.find(part).unwrap_or_else(|| panic!("no `{part}` here, or too early:\n{text}"));
+        rest = &rest[at + part.len()..];
+    }
+}
+
+/// Whether permissions bind us: they do not bind root.
+fn bound_by_permissions(folder: &Path) -> bool {
+    fs::write(folder.join("probe"), "").is_err()
+}
+
+#[cfg(unix)]
+fn set_mode(path: &Path, mode: u32) {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+}
+
+// ---- help and usage
+
+#[test]
+fn help_and_version_go_to_standard_output() {
+    let place = Place::new("help");
+    let help = place.succeeds("--help");
+    assert_has(&help.out, &["build", "check", "show", "stats", "completions", "Examples:", "forcec build"]);
+    assert_eq!(help.err, "");
+    for command in ["build", "check", "show", "stats", "completions"] {
+        assert_has(&place.succeeds(&format!("{command} --help")).out, &["Usage: forcec", "Example:"]);
+    }
+    let version = place.succeeds("--version").out;
+    assert_eq!(version, format!("forcec {}\n", env!("CARGO_PKG_VERSION")));
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        assert_has(&place.succeeds(&format!("completions {shell}")).out, &["forcec"]);
+    }
+}
+
+#[test]
+fn bad_usage_is_refused() {
+    let place = Place::new("usage");
+    place.write("a.rs", SPRING);
+    for line in [
+        "",
+        "biuld a.rs",
+        "build",
+        "build a.rs",
+        "build a.rs --out o --target fortran",
+        "build a.rs --out o --real f16",
+        "show a.rs spring",
+        "show a.rs spring --stage shcedule",
+        "stats --jsno a.rs",
+        "completions tcl",
+    ] {
+        place.refused(line);
+    }
+    assert_has(&place.refused("biuld a.rs"), &["build"]);
+    assert!(place.files("o").is_empty());
+}
+
+// ---- build
+
+#[test]
+fn build_writes_the_files_of_each_target() {
+    let place = Place::new("build");
+    place.write("forces/spring.rs", SPRING);
+    place.succeeds("build forces/spring.rs --out c");
+    assert_eq!(place.files("c"), ["forcec.h", "spring.c", "spring.h"]);
+    assert_has(&place.read("c/spring.h"), &["spring_f64"]);
+    assert!(!place.read("c/spring.h").contains("spring_f32"));
+    place.succeeds("build forces --out both/deep --target rust --target c --real f32 --real f64");
+    assert_eq!(place.files("both/deep"), ["forcec.h", "spring.c", "spring.h", "spring.rs"]);
+    assert_has(&place.read("both/deep/spring.h"), &["spring_f64", "spring_f32"]);
+    let run = place.succeeds("build forces --out both/deep --target rust --target c --real f64 --real f32");
+    assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""));
+    assert_eq!(place.read("c/forcec.h"), place.read("both/deep/forcec.h"));
+}
+
+#[test]
+fn build_check_compares_and_writes_nothing() {
+    let place = Place::new("build_check");
+    place.write("spring.rs", SPRING);
+    let missing = place.run("build spring.rs --out out --check");
+    assert_eq!((missing.code, missing.out.as_str()), (1, ""));
+    assert_has(
+        &missing.err,
+        &["out/forcec.h is missing", "out/spring.c is missing", "out/spring.h is missing"],
+    );
+    assert!(!place.folder.join("out").exists());
+    place.succeeds("build spring.rs --out out");
+    let equal = place.succeeds("build spring.rs --out out --check");
+    assert_eq!((equal.out.as_str(), equal.err.as_str()), ("", ""));
+    place.write("out/spring.c", "/* mine */");
+    let differs = place.run("build spring.rs --out out --check");
+    assert_eq!((differs.code, differs.err.as_str()), (1, "out/spring.c differs\n"));
+    assert_eq!(place.read("out/spring.c"), "/* mine */");
+    place.write("out/spring.c", b"\xff\xfe");
+    assert_eq!(place.run("build spring.rs --out out --check").err, "out/spring.c differs\n");
+    fs::remove_file(place.folder.join("out/spring.h")).unwrap();
+    place.write("out/spring.h/x", "");
+    assert_has(&place.run("build spring.rs --out out --check").err, &["out/spring.h cannot be read"]);
+}
+
+#[test]
+fn an_unchanged_file_is_not_written_again() {
+    let place = Place::new("unchanged");
+    place.write("spring.rs", SPRING).succeeds("build spring.rs --out out");
+    let written = || fs::metadata(place.folder.join("out/spring.c")).unwrap().modified().unwrap();
+    let first = written();
+    std::thread::sleep(std::time::Duration::from_millis(20));
+    place.succeeds("build spring.rs --out out");
+    assert_eq!(written(), first);
+}
+
+#[test]
+fn a_failing_build_leaves_the_old_files() {
+    let place = Place::new("atomic");
+    place.write("forces/spring.rs", SPRING).succeeds("build forces --out out");
+    let old = place.read("out/spring.c");
+    place.write("forces/spring.rs", SPRING.replace("k *", "2.0 * k *")).write("forces/wrong.rs", WRONG);
+    place.refused("build forces --out out");
+    assert_eq!(place.read("out/spring.c"), old);
+    assert_eq!(place.files("out"), ["forcec.h", "spring.c", "spring.h"]);
+    // A folder stands where one of the files should go: none of them is replaced, nothing is left behind.
+    fs::remove_file(place.folder.join("forces/wrong.rs")).unwrap();
+    place.write("forces/tail.rs", DRAG).write("out/tail.h/x", "");
+    assert_has(&place.refused("build forces --out out"), &["cannot write `out/tail.h`"]);
+    assert_eq!(place.read("out/spring.c"), old);
+    assert_eq!(place.files("out"), ["forcec.h", "spring.c", "spring.h", "tail.h"]);
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named() {
+    let place = Place::new("unwritable");
+    place.write("spring.rs", SPRING).write("file", "");
+    assert_has(&place.refused("build spring.rs --out file"), &["error: cannot write `file`: "]);
+    assert_has(&place.refused("build spring.rs --out file/deep"), &["error: cannot write `file/deep`: "]);
+    #[cfg(unix)]
+    {
+        fs::create_dir(place.folder.join("locked")).unwrap();
+        set_mode(&place.folder.join("locked"), 0o555);
+        if bound_by_permissions(&place.folder.join("locked")) {
+            assert_has(
+                &place.refused("build spring.rs --out locked"),
+                &["cannot write `locked/", "ermission"],
+            );
+        }
+        set_mode(&place.folder.join("locked"), 0o755);
+    }
+}
+
+// ---- inputs
+
+#[test]
+fn folders_are_searched_in_sorted_order() {
+    let place = Place::new("folders");
+    let named = |name: &str| SPRING.replace("spring", name);
+    place
+        .write("f/z.rs", named("last"))
+        .write("f/a/deep/x.rs", named("first"))
+        .write("f/m.rs", named("middle"))
+        .write("f/plain.rs", "fn main() { println!(\"#[energy]\"); }")
+        .write("f/no_rust.rs", "}{ this is not Rust")
+        .write("f/notes.txt", "#[energy]")
+        .write("f/.hidden/h.rs", WRONG)
+        .write("f/empty/readme.md", "");
+    let order = |line: &str| -> Vec<String> {
+        let json: serde_json::Value = serde_json::from_str(&place.succeeds(line).out).unwrap();
+        json["kernels"].as_array().unwrap().iter().map(|k| k["name"].as_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(order("stats --json f"), ["first", "middle", "last"]);
+    assert_eq!(order("stats --json f/z.rs f f/../f/m.rs"), ["last", "first", "middle"]);
+    assert_eq!(order("stats --json f --only last --only first"), ["first", "last"]);
+    place.succeeds("build f --out out");
+    assert_eq!(place.files("out"), ["forcec.h", "m.c", "m.h", "x.c", "x.h", "z.c", "z.h"]);
+}
+
+#[test]
+fn inputs_without_force_functions_are_refused() {
+    let place = Place::new("nothing");
+    place.write("plain.rs", "fn main() {}").write("empty.rs", "");
+    fs::create_dir(place.folder.join("folder")).unwrap();
+    for path in ["plain.rs", "empty.rs", "folder"] {
+        let message = place.refused(&format!("build {path} --out out"));
+        assert_has(
+            &message,
+            &[&format!("error: no force function in `{path}`"), "= help: ", "#[constraint]"],
+        );
+    }
+    assert!(place.files("out").is_empty());
+}
+
+#[test]
+fn all_files_report_their_errors_at_once() {
+    let place = Place::new("errors");
+    place
+        .write("a.rs", WRONG)
+        .write("b.rs", WRONG.replace("nrom", "nomr"))
+        .write("c.rs", b"#[energy]\npub fn \xff")
+        .write("d.rs", "#[energy]\npub fn open(");
+    let message = place.refused("check a.rs missing.rs b.rs c.rs gone d.rs");
+    for part in [
+        "error: unknown method `nrom`\n --> a.rs:3:16\n",
+        "help: did you mean `norm`?",
+        "b.rs:3:16",
+        "error: `c.rs` is not UTF-8\n --> c.rs:2\n",
+        "error: cannot read `missing.rs`: ",
+        "error: cannot read `gone`: ",
+        "d.rs:2:12",
+    ] {
+        assert_has(&message, &[part]);
+    }
+}
+
+#[test]
+fn kernels_and_files_have_one_name_each() {
+    let place = Place::new("twice");
+    place.write("one/a.rs", SPRING).write("two/b.rs", SPRING).write("two/c.rs", DRAG).write("one/c.rs", "");
+    let message = place.refused("build one two --out out");
+    assert_has(
+        &message,
+        &["error: two kernels are named `spring`\n --> one/a.rs:2:8\n --> two/b.rs:2:8\n", "= help: rename"],
+    );
+    place.succeeds("build one two/c.rs --out out");
+    // Two files of one stem.
+    place.write("one/c.rs", SPRING.replace("spring", "other"));
+    let message = place.refused("build one two/c.rs --out out2");
+    assert_has(
+        &message,
+        &["`two/c.rs` would overwrite another file of this build, `out2/c.", "= help: give the files"],
+    );
+    assert!(place.files("out2").is_empty());
+    // A stem that the common header has already.
+    place.write("three/forcec.rs", SPRING);
+    assert_has(
+        &place.refused("build three --out out2"),
+        &["`out2/forcec.h`", "= help: `forcec.h` holds the body types"],
+    );
+    place.succeeds("build three --out out2 --target rust");
+}
+
+#[test]
+fn a_misspelt_name_gets_its_neighbour() {
+    let place = Place::new("only");
+    place.write("f/spring.rs", SPRING).write("f/drag.rs", DRAG);
+    for line in ["build f --out o --only spirng", "check f --only spirng", "stats f --only spirng"] {
+        assert_has(
+            &place.refused(line),
+            &["error: no force function `spirng`\n", "= help: did you mean `spring`?"],
+        );
+    }
+    assert_has(
+        &place.refused("show f darg --stage c"),
+        &["error: no force function `darg`\n", "did you mean `drag`?"],
+    );
+    assert_has(&place.refused("stats f --only thruster"), &["`thruster`", "= help: `forcec stats`"]);
+    place.succeeds("build f --only drag --out o");
+    assert_eq!(place.files("o"), ["drag.c", "drag.h", "forcec.h"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_without_running_in_circles() {
+    use std::os::unix::fs::symlink;
+    let place = Place::new("links");
+    place.write("f/spring.rs", SPRING).write("elsewhere/drag.rs", DRAG);
+    let link = |to: &str, from: &str| symlink(to, place.folder.join(from)).unwrap();
+    link("..", "f/up");
+    link("loop", "f/loop");
+    link("gone.rs", "f/dangling.rs");
+    link("../elsewhere/drag.rs", "f/drag.rs");
+    link("spring.rs", "f/again.rs");
+    let table = place.succeeds("stats f").out;
+    assert_eq!(table.matches("spring").count(), 1, "{table}");
+    assert_has(&table, &["drag"]);
+    assert_has(&place.refused("stats f/loop"), &["error: cannot read `f/loop`: "]);
+    set_mode(&place.folder.join("elsewhere/drag.rs"), 0);
+    if fs::read(place.folder.join("elsewhere/drag.rs")).is_err() {
+        assert_has(&place.refused("stats f"), &["error: cannot read `f/drag.rs`: "]);
+    }
+}
+
+// ---- output
+
+#[test]
+fn stats_has_the_promised_schema() {
+    let place = Place::new("stats");
+    place.write("spring.rs", SPRING).write("drag.rs", DRAG);
+    let json: serde_json::Value =
+        serde_json::from_str(&place.succeeds("stats spring.rs drag.rs --json").out).unwrap();
+    let kernels = json["kernels"].as_array().unwrap();
+    assert_eq!(kernels.len(), 2);
+    for (kernel, name) in kernels.iter().zip(["spring", "drag"]) {
+        assert_eq!(kernel["name"], name);
+        let ops = kernel["ops"].as_object().unwrap();
+        let mut keys: Vec<&str> = ops.keys().map(String::as_str).collect();
+        keys.sort_unstable();
+        assert_eq!(keys, ["add", "call", "div", "mul", "neg", "sqrt", "total"]);
+        let sum: u64 =
+            ["add", "mul", "div", "sqrt", "call"].iter().map(|key| ops[*key].as_u64().unwrap()).sum();
+        assert_eq!(ops["total"], sum);
+        assert!(sum > 0);
+    }
+    let table = place.succeeds("stats spring.rs drag.rs").out;
+    let rows: Vec<&str> = table.lines().collect();
+    assert_eq!(rows.len(), 3);
+    assert!(rows.iter().all(|row| row.len() == rows[0].len()), "columns line up:\n{table}");
+    assert_has(rows[0], &["kernel", "add", "mul", "div", "sqrt", "call", "neg", "total", "lines"]);
+}
+
+#[test]
+fn check_reports_every_kernel() {
+    let place = Place::new("check");
+    place.write("f/spring.rs", SPRING).write("f/drag.rs", DRAG);
+    assert_has(&place.succeeds("check f").out, &["drag", "spring"]);
+    let json: serde_json::Value = serde_json::from_str(&place.succeeds("check f --json").out).unwrap();
+    let kernels = json.as_array().unwrap();
+    let names: Vec<&str> = kernels.iter().map(|kernel| kernel["kernel"].as_str().unwrap()).collect();
+    assert_eq!(names, ["drag", "spring"]);
+    assert!(kernels.iter().all(|kernel| kernel["passed"] == true));
+}
+
+#[test]
+fn show_prints_each_stage_of_one_function() {
+    let place = Place::new("show");
+    place.write("f/a.rs", format!("{SPRING}{DRAG}")).write("f/b.rs", SPRING.replace("spring", "other"));
+    for stage in ["ast", "graph", "derivative", "optimized", "schedule", "rust", "c", "latex"] {
+        let text = place.succeeds(&format!("show f drag --stage {stage}")).out;
+        assert!(text.ends_with('\n') && text.len() > 10, "{stage}: {text}");
+        assert!(!text.contains("spring") && !text.contains("other"), "{stage}: {text}");
+    }
+    assert_has(&place.succeeds("show f other --stage ast").out, &["energy other"]);
+}
+
+#[test]
+fn warnings_go_to_standard_error() {
+    let place = Place::new("warnings");
+    place.write(
+        "rod.rs",
+        "#[constraint]\npub fn rod(p: Particle) -> Real {\n    p.position.norm() - 1.0\n}\n",
+    );
+    let run = place.succeeds("stats rod.rs --json");
+    assert_has(&run.err, &["warning: ", " --> rod.rs:3:5"]);
+    assert!(!run.out.contains("warning"));
+    serde_json::from_str::<serde_json::Value>(&run.out).unwrap();
+}
+
+#[test]
+fn colours_need_a_terminal_whatever_the_environment_says() {
+    let place = Place::new("colour");
+    place.write("wrong.rs", WRONG);
+    for (name, value) in [("NO_COLOR", "1"), ("NO_COLOR", ""), ("CLICOLOR", "1"), ("TERM", "xterm-256color")]
+    {
+        let output = place.command("stats wrong.rs").env(name, value).output().unwrap();
+        assert!(!output.stderr.contains(&0x1b), "{name}={value}");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let place = Place::new("pipes");
+    place.write("wrong.rs", WRONG).write("spring.rs", SPRING);
+    let closed = || {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        writer
+    };
+    for line in ["--help", "completions bash", "show spring.rs spring --stage c", "stats spring.rs"] {
+        let output = place.command(line).stdout(closed()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{line}");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{line}");
+    }
+    let status = place.command("stats wrong.rs").stdout(Stdio::null()).stderr(closed()).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+    let status = place.command("build spring.rs --out o --check").stderr(closed()).status().unwrap();
+    assert_eq!(status.code(), Some(1));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error() {
+    let place = Place::new("full");
+    place.write("spring.rs", SPRING);
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = place.command("stats spring.rs").stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert_has(&String::from_utf8_lossy(&output.stderr), &["error: cannot write to standard output: "]);
+}

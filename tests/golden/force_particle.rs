@@ -1,0 +1,5 @@
+// stages: derivative, schedule, rust
+#[force]
+pub fn brake(p: Particle, rate: Real) -> Vec3 {
+    -rate * p.velocity
+}

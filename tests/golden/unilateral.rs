@@ -1,0 +1,5 @@
+// stages: derivative, schedule, c
+#[constraint(unilateral)]
+pub fn floor(p: Particle) -> Real {
+    p.position.z
+}

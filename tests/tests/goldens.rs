@@ -1,0 +1,144 @@
+//! What every stage makes of small force files, as snapshots.
+//!
+//! An input is a file `tests/golden/NAME.rs` that shows one behaviour; its first line says which stages are worth a
+//! look: `// stages: graph, derivative, c`. Adding a case is adding a file. After a change that is meant:
+//!
+//! ```text
+//! INSTA_UPDATE=always cargo test -p forcec-tests --test goldens
+//! ```
+//!
+//! and read the difference. Without the variable nothing is ever written (`.cargo/config.toml`), and what differs fails.
+
+use forcec::compile::{Compiled, Stages, compile};
+use forcec::derive::derive;
+use forcec::formula::Dialect;
+use forcec::kernel::{File, Precision, Target};
+use forcec::span::Source;
+use forcec::{targets, text};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+const STAGES: [&str; 9] =
+    ["warnings", "ast", "graph", "derivative", "optimized", "schedule", "header", "c", "rust"];
+
+/// The force files in a folder of the repository, in sorted order.
+fn force_files(folder: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let mut paths: Vec<PathBuf> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
+    paths.sort();
+    paths
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap().to_string_lossy().into_owned()
+}
+
+fn compiled(path: &Path) -> Compiled {
+    let name = path.file_name().unwrap().to_string_lossy();
+    let source = Source::new(name, std::fs::read_to_string(path).unwrap());
+    compile(&source, &|_| true).unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
+}
+
+/// The stages an input asks for in its first line.
+fn wanted(path: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let first = text.lines().next().unwrap_or_default();
+    let list = first.strip_prefix("// stages: ").unwrap_or_else(|| panic!("{}: no stages", path.display()));
+    let stages: Vec<String> = list.split(", ").map(str::to_owned).collect();
+    for stage in &stages {
+        assert!(STAGES.contains(&stage.as_str()), "{}: no stage `{stage}`", path.display());
+    }
+    stages
+}
+
+/// One stage of every force function in a file.
+fn stage(compiled: &Compiled, stem: &str, stage: &str) -> String {
+    let each = |show: &dyn Fn(&Stages) -> String| {
+        let parts = compiled.functions.iter().map(|function| match compiled.functions.len() {
+            1 => show(function),
+            _ => format!("== {}\n{}\n", function.kernel.name, show(function)),
+        });
+        parts.collect::<String>()
+    };
+    let emitted = |target: Target, ending: &str| {
+        let file = File {
+            stem: stem.to_owned(),
+            docs: compiled.docs.clone(),
+            kernels: compiled.functions.iter().map(|function| function.kernel.clone()).collect(),
+            precisions: vec![Precision::F64],
+        };
+        let name = format!("{stem}.{ending}");
+        let file = targets::emit(&file, target).into_iter().find(|file| file.name == name);
+        file.expect("the target writes it").text
+    };
+    match stage {
+        "warnings" => {
+            let warnings = compiled.warnings.clone();
+            forcec::diagnostic::Diagnostics::new(compiled.source.clone(), warnings).to_string()
+        }
+        "ast" => each(&|function| function.ast.clone()),
+        "graph" => each(&|function| function.definition.graph.to_string()),
+        "derivative" => each(&|function| text::derivative(&mut derive(&function.definition), Dialect::Text)),
+        "optimized" => each(&|function| function.program.to_string()),
+        "schedule" => each(&|function| function.kernel.schedule.to_string()),
+        "header" => emitted(Target::C, "h"),
+        "c" => emitted(Target::C, "c"),
+        "rust" => emitted(Target::Rust, "rs"),
+        _ => unreachable!("checked when it was read"),
+    }
+}
+
+fn assert_snapshot(name: &str, text: &str) {
+    let mut settings = insta::Settings::clone_current();
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    settings.bind(|| insta::assert_snapshot!(name, text));
+}
+
+#[test]
+fn stages() {
+    let mut expected: BTreeSet<String> = ["library_operations".to_owned()].into();
+    let mut failed = Vec::new();
+    for path in force_files("golden") {
+        let (stem, compiled) = (stem(&path), compiled(&path));
+        for name in wanted(&path) {
+            let snapshot = format!("{stem}.{name}");
+            let text = stage(&compiled, &stem, &name);
+            // Every difference is shown before the test fails.
+            if std::panic::catch_unwind(|| assert_snapshot(&snapshot, &text)).is_err() {
+                failed.push(snapshot.clone());
+            }
+            expected.insert(snapshot);
+        }
+    }
+    assert!(failed.is_empty(), "these differ: {}", failed.join(", "));
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/snapshots");
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let name = entry.unwrap().file_name().to_string_lossy().into_owned();
+        let known = name.strip_suffix(".snap").is_none_or(|name| expected.contains(name));
+        assert!(known, "`{name}` belongs to no input: remove it");
+    }
+}
+
+/// Exact, so that no change to the count of any kernel goes unseen.
+#[test]
+fn library_operations() {
+    let mut table = String::new();
+    let mut line = |cells: [&str; 8]| {
+        table.push_str(&format!("{:<24}", cells[0]));
+        cells[1..].iter().for_each(|cell| table.push_str(&format!("{cell:>6}")));
+        table.push('\n');
+    };
+    line(["kernel", "add", "mul", "div", "sqrt", "call", "neg", "total"]);
+    for path in force_files("../constraints") {
+        for function in compiled(&path).functions {
+            let ops = function.kernel.schedule.operations();
+            let counts = [ops.add, ops.mul, ops.div, ops.sqrt, ops.call, ops.neg, ops.total()];
+            let [add, mul, div, sqrt, call, neg, total] = counts.map(|count| count.to_string());
+            line([&function.kernel.name, &add, &mul, &div, &sqrt, &call, &neg, &total]);
+        }
+    }
+    assert_snapshot("library_operations", &table);
+}

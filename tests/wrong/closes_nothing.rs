@@ -1,0 +1,4 @@
+#[energy]
+pub fn well(a: Particle) -> Real {
+    a.position.x + 1.0)
+}

@@ -1,0 +1,5 @@
+#[cfg(feature = "floor")]
+#[constraint]
+pub fn floor(a: Particle) -> Real {
+    a.position.z
+}

@@ -1,0 +1,4 @@
+#[constraint]
+pub fn slow(a: Particle) -> Vec3 {
+    a.velocity
+}

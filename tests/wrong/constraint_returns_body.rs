@@ -1,0 +1,4 @@
+#[constraint]
+pub fn same(a: Particle) -> Particle {
+    a
+}

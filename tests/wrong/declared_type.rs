@@ -1,0 +1,5 @@
+#[energy]
+pub fn spring(a: Particle, b: Particle, k: Real) -> Real {
+    let d: Real = b.position - a.position;
+    k * d
+}

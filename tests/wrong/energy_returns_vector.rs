@@ -1,0 +1,4 @@
+#[energy]
+pub fn well(a: Particle) -> Vec3 {
+    a.position
+}

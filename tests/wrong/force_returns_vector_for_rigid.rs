@@ -1,0 +1,4 @@
+#[force]
+pub fn drag(a: Rigid, k: Real) -> Vec3 {
+    -k * a.velocity
+}

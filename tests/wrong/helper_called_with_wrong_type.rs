@@ -1,0 +1,8 @@
+fn square(x: Real) -> Real {
+    x * x
+}
+
+#[energy]
+pub fn spring(a: Particle, b: Particle, k: Real) -> Real {
+    k * square(a.position - b.position)
+}

@@ -1,0 +1,3 @@
+fn first<'a>(v: &'a Vec3) -> Real {
+    v.x
+}

@@ -1,0 +1,5 @@
+#[energy]
+pub fn well(a: Particle) -> Real {
+    a.position.x
+}
+}

@@ -1,0 +1,5 @@
+impl Spring {
+    fn energy(&self) -> Real {
+        self.k
+    }
+}

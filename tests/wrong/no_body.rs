@@ -1,0 +1,4 @@
+#[energy]
+pub fn nothing(k: Real) -> Real {
+    k
+}

@@ -1,0 +1,1 @@
+spring: energy = 0.5 * k * x^2

@@ -1,0 +1,4 @@
+#[energy(unilateral)]
+pub fn floor(a: Particle) -> Real {
+    a.position.z
+}

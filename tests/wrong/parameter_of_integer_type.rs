@@ -1,0 +1,4 @@
+#[energy]
+pub fn well(a: Particle, n: usize) -> Real {
+    n as Real * a.position.x
+}

@@ -1,0 +1,6 @@
+mod springs {
+    #[energy]
+    pub fn well(a: Particle) -> Real {
+        a.position.x
+    }
+}

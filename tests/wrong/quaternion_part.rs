@@ -1,0 +1,4 @@
+#[energy]
+pub fn spring(a: Rigid, k: Real) -> Real {
+    k * a.orientation.x
+}

@@ -1,0 +1,4 @@
+#[energy]
+pub fn well(a: Particle, a: Particle) -> Real {
+    a.position.x
+}

@@ -1,0 +1,5 @@
+#[constraint]
+#[energy]
+pub fn floor(a: Particle) -> Real {
+    a.position.z
+}

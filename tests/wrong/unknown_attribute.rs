@@ -1,0 +1,4 @@
+#[constrant]
+pub fn pin(a: Particle, target: Vec3) -> Vec3 {
+    a.position - target
+}

@@ -1,0 +1,4 @@
+#[constraint(unilaterl)]
+pub fn floor(a: Particle) -> Real {
+    a.position.z
+}
