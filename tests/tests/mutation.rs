@@ -23,7 +23,10 @@ fn matters(function: &Stages, mutant: &Program, states: &[Case]) -> bool {
     states.iter().any(|case| {
         let computed = probe.program(&case.inputs);
         let mut pairs = case.expected.iter().zip(&computed).zip(&case.bounds);
-        pairs.any(|((expected, computed), bound)| !((expected - computed).abs() <= 2.0 * bound))
+        pairs.any(|((expected, computed), bound)| {
+            let change = (expected - computed).abs();
+            change > 2.0 * bound || change.is_nan()
+        })
     })
 }
 
