@@ -372,6 +372,7 @@ impl Graph {
         if coefficient.is_zero() {
             return self.zero();
         }
+        self.join_hyperbolic(&mut powers);
         let roots: Vec<Real> = powers.iter().filter(|(_, e)| e.abs() >= 2).map(|(f, _)| *f).collect();
         for root in roots {
             let radicand = match *self.at(root) {
@@ -404,6 +405,28 @@ impl Graph {
             _ => self.real(Node::Product(factors.into())),
         };
         self.scaled(coefficient, product)
+    }
+
+    /// sinh x / cosh x = tanh x: what derivatives of tanh are made of must not be ∞ · 0 where x is large.
+    fn join_hyperbolic(&mut self, powers: &mut BTreeMap<Real, i64>) {
+        let sines: Vec<(Real, i64)> = powers
+            .iter()
+            .filter(|(f, e)| **e > 0 && matches!(self.at(**f), Node::Call(Function::Sinh, _)))
+            .map(|(f, e)| (*f, *e))
+            .collect();
+        for (sine, count) in sines {
+            let Node::Call(_, arguments) = self.at(sine).clone() else { continue };
+            let cosine = self.real(Node::Call(Function::Cosh, arguments.clone()));
+            let below = powers.get(&cosine).map_or(0, |e| (-e).max(0));
+            let joined = count.min(below);
+            if joined == 0 {
+                continue;
+            }
+            let tangent = self.real(Node::Call(Function::Tanh, arguments));
+            for (factor, change) in [(sine, -joined), (cosine, joined), (tangent, joined)] {
+                *powers.entry(factor).or_default() += change;
+            }
+        }
     }
 
     /// x y

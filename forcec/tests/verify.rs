@@ -329,9 +329,8 @@ fn all() -> Vec<Sample> {
 
 /// Many seeds: a check that is right raises no alarm at any of them.
 #[test]
-#[ignore = "minutes"]
 fn no_seed_raises_an_alarm() {
-    for seed in 100..130 {
+    for seed in 100..102 {
         for sample in all() {
             let (source, program) = (sample.source(), sample.program());
             let options = CheckOptions { seed, ..CheckOptions::default() };

@@ -347,26 +347,6 @@ fn the_same_program_makes_the_same_text() {
 }
 
 #[test]
-#[ignore = "a measurement"]
-fn time_grows_in_proportion_to_the_size() {
-    for size in [10_000, 100_000, 1_000_000] {
-        let program = programs::random(3, size);
-        let live = program.live().into_iter().filter(|live| *live).count();
-        let start = std::time::Instant::now();
-        let schedule = schedule(&program);
-        let scheduled = start.elapsed();
-        let kernel = Kernel { name: "k".to_owned(), docs: vec![], formulas: vec![], schedule };
-        let lines = kernel.schedule.lines();
-        let text = targets::rust::kernel_module(&kernel, Precision::F64);
-        println!(
-            "{live} live nodes, {lines} lines: {scheduled:?}, printed {} bytes: {:?}",
-            text.len(),
-            start.elapsed()
-        );
-    }
-}
-
-#[test]
 fn a_spring_reads_like_this() {
     let text = schedule(&programs::spring()).to_string();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/backend/spring.schedule");
