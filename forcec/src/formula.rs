@@ -101,7 +101,7 @@ impl<'g> Formulas<'g> {
         self.sum(&Exact::ZERO, terms.iter().map(|(c, v)| (c.clone(), v.0))).0
     }
 
-    /// s I + [k]× + Σ u vᵀ
+    /// `s I + [k]× + Σ u vᵀ`
     pub fn matrix(&self, matrix: &Matrix) -> String {
         let latex = self.dialect == Dialect::Latex;
         let mut parts = Vec::new();

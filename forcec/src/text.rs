@@ -78,7 +78,7 @@ fn factors(graph: &Graph, turn: &[(crate::bodies::Slot, bool)]) -> String {
     turn.iter().map(factor).collect()
 }
 
-/// Forces and blocks in normal form: s I + [k]× + Σ u vᵀ.
+/// Forces and blocks in normal form: `s I + [k]× + Σ u vᵀ`.
 pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
     let mut blocks = Vec::new();
     let forces = derived.forces.clone();

@@ -479,12 +479,12 @@ impl Graph {
             return value;
         }
         if self.holds_point(rest) {
-            self.names.entry(rest.0).or_insert_with(|| name.to_owned());
+            self.names.entry(rest.0).or_insert_with(|| name_of_multiple(name, &coefficient));
             return value;
         }
         let held = self.real(Node::Let(rest));
         self.held.insert(rest.0, held.0);
-        self.names.entry(held.0).or_insert_with(|| name.to_owned());
+        self.names.entry(held.0).or_insert_with(|| name_of_multiple(name, &coefficient));
         self.scaled(coefficient, held)
     }
 
@@ -912,12 +912,12 @@ impl Graph {
             && terms.iter().any(|(_, v)| self.point(*v).is_some())
         {
             // A point in the world: open for the same reason as in `holds_point`.
-            self.names.entry(rest.0).or_insert_with(|| name.to_owned());
+            self.names.entry(rest.0).or_insert_with(|| name_of_multiple(name, &coefficient));
             return value;
         }
         let held = self.vector(Node::VectorLet(rest));
         self.held.insert(rest.0, held.0);
-        self.names.entry(held.0).or_insert_with(|| name.to_owned());
+        self.names.entry(held.0).or_insert_with(|| name_of_multiple(name, &coefficient));
         self.vector_sum(vec![(coefficient, held)])
     }
 
@@ -998,6 +998,17 @@ impl Graph {
             }
         }
         self.truth(Node::Not(a))
+    }
+}
+
+/// What to call x where the author's name is for a multiple of x.
+fn name_of_multiple(name: &str, coefficient: &Exact) -> String {
+    if coefficient.is_one() {
+        name.to_owned()
+    } else if (-coefficient).is_one() {
+        format!("minus_{name}")
+    } else {
+        format!("{name}_part")
     }
 }
 

@@ -1,4 +1,4 @@
-//! The closed algebra of derivatives of a vector by a vector: M = s I + [k]× + Σ u vᵀ + (s′ I + [k′]×) R.
+//! The closed algebra of derivatives of a vector by a vector: `M = s I + [k]× + Σ u vᵀ + (s′ I + [k′]×) R`.
 //!
 //! In: nodes of the vector graph. Out: matrices whose parts are nodes again. The algebra is closed under all that
 //! differentiation does: sums, products with reals, cross products and rotations from the left. The rules:
@@ -15,7 +15,7 @@ use crate::exact::Exact;
 use crate::vector::{Graph, Node, Real, Vector};
 use std::collections::BTreeMap;
 
-/// s I + [k]× + Σ u vᵀ + (s′ I + [k′]×) R
+/// `s I + [k]× + Σ u vᵀ + (s′ I + [k′]×) R`
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Matrix {
     /// s
@@ -28,7 +28,7 @@ pub struct Matrix {
     pub turned: Option<Turned>,
 }
 
-/// (s I + [k]×) R for a product of stored rotations, each inverted or not, at least one.
+/// `(s I + [k]×) R` for a product of stored rotations, each inverted or not, at least one.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Turned {
     /// s
@@ -69,7 +69,7 @@ impl Matrix {
         Matrix { identity: s, ..Matrix::zero(g) }
     }
 
-    /// s I + [k]×
+    /// `s I + [k]×`
     pub fn skew(g: &mut Graph, s: Real, k: Vector) -> Matrix {
         Matrix { identity: s, skew: k, ..Matrix::zero(g) }
     }
@@ -148,7 +148,7 @@ impl Matrix {
         }
     }
 
-    /// [a]× M
+    /// `[a]× M`
     pub fn cross_left(&self, g: &mut Graph, a: Vector) -> Matrix {
         let along = g.dot(a, self.skew);
         let mut outer = vec![(self.skew, a)];

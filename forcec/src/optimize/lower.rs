@@ -1,7 +1,7 @@
 //! From vectors to scalars: every node of the vector graph becomes reals, every block nine of them.
 //!
 //! In: [`Derived`] forces and the derivatives it forms on demand. Out: a [`Program`] on the canonical scalar graph.
-//! A block is lowered from its normal form s I + [k]× + Σ u vᵀ, or from the dense product it came from, whichever
+//! A block is lowered from its normal form `s I + [k]× + Σ u vᵀ`, or from the dense product it came from, whichever
 //! makes fewer new operations; an attempt that loses is rolled back. Rotations use one polynomial, v + 2w (u×v) +
 //! 2u×(u×v) on the stored quaternion, as a matrix where it serves several arms.
 
