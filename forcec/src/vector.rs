@@ -360,7 +360,7 @@ impl Graph {
             coefficient = &coefficient * &c.powi(exponent);
             match self.at(rest) {
                 Node::Constant(_) => {}
-                Node::Product(inner) => {
+                Node::Product(inner) if inner.len() <= LONGEST_PRODUCT => {
                     let inner = inner.clone();
                     for (f, e) in inner {
                         *powers.entry(f).or_default() += i64::from(e) * i64::from(exponent);
@@ -1014,6 +1014,9 @@ fn name_of_multiple(name: &str, coefficient: &Exact) -> String {
 
 /// A sum of more terms is a term itself where it is added to: accumulating n terms stays linear.
 const LONGEST_SUM: usize = 32;
+
+/// A product of more factors is a factor itself where it is multiplied: the derivative of a chain stays linear.
+const LONGEST_PRODUCT: usize = 8;
 
 /// Beyond this many bits a power of a number is left to the kernel.
 const CONSTANT_BITS: usize = 4096;

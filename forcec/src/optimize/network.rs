@@ -94,6 +94,9 @@ pub struct Network {
 
 type Terms = Vec<(Exact, Vec<Atom>)>;
 
+/// Higher powers, and products of more factors, are values of their own.
+const LONGEST_POWER: usize = 12;
+
 /// Sums of more terms are split.
 const LONGEST_SUM: usize = 24;
 
@@ -185,6 +188,22 @@ impl Network {
             add_term(&mut polynomial, monomial, &unit);
         }
         polynomial
+    }
+
+    /// An atom to a power, by squaring.
+    fn power(&mut self, base: Atom, exponent: u32) -> Atom {
+        let product = |network: &mut Network, x: Atom, y: Atom| {
+            let monomial = network.monomials.intern(vec![x, y]);
+            network.define(Value::Sum(Polynomial::from([(monomial, Exact::ONE)])))
+        };
+        let mut power = base;
+        for bit in (0..exponent.ilog2()).rev() {
+            power = product(self, power, power);
+            if exponent >> bit & 1 == 1 {
+                power = product(self, power, base);
+            }
+        }
+        power
     }
 
     fn number(&mut self, value: Exact) -> Atom {
@@ -521,9 +540,18 @@ impl Reader<'_> {
                 let mut coefficient = Exact::ONE;
                 let mut product = Vec::new();
                 for &(factor, exponent) in factors {
+                    if exponent as usize > LONGEST_POWER {
+                        let base = self.atom(factor);
+                        product.push(self.network.power(base, exponent));
+                        continue;
+                    }
                     let mut parts = self.inline(factor, false);
-                    let (c, atoms) = parts.pop().expect("a factor is not zero");
+                    let (c, mut atoms) = parts.pop().expect("a factor is not zero");
                     coefficient = &coefficient * &c.powi(exponent as i32);
+                    if atoms.len() > LONGEST_POWER {
+                        let held = self.network.lift(vec![(Exact::ONE, atoms)]);
+                        atoms = vec![self.network.define(Value::Sum(held))];
+                    }
                     for _ in 0..exponent {
                         product.extend_from_slice(&atoms);
                     }

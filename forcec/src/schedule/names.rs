@@ -61,10 +61,12 @@ fn is_reserved(name: &str) -> bool {
         let suffixed = functions.flat_map(|name| [format!("{name}f"), format!("{name}l")]);
         words.map(str::to_owned).chain(suffixed).collect()
     });
-    WORDS.contains(name)
-        || name.starts_with("forcec_")
-        || name.starts_with("cos_sqrt_")
-        || name.starts_with("angle_ratio_")
+    WORDS.contains(name) || has_reserved_prefix(name)
+}
+
+/// Whether a name begins like one of our own functions and types.
+fn has_reserved_prefix(name: &str) -> bool {
+    ["forcec_", "cos_sqrt_", "angle_ratio_"].iter().any(|prefix| name.starts_with(prefix))
 }
 
 /// A name in ASCII: Greek letters are spelled, everything else that is no letter or digit becomes `_`.
@@ -101,6 +103,10 @@ fn tidy(name: &str) -> String {
     let mut text = words.join("_");
     if text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit()) {
         text = format!("x{text}");
+    }
+    if has_reserved_prefix(&text) {
+        // No number behind it could free such a name.
+        text = format!("x_{text}");
     }
     shorten(&text, LONGEST)
 }
