@@ -277,6 +277,20 @@ impl Extraction<'_> {
         (saving - own as i64, places)
     }
 
+    /// Takes a sum out to be rewritten; [`Extraction::put`] enters it again.
+    fn take(&mut self, atom: Atom) -> Polynomial {
+        self.unindex(atom);
+        match std::mem::replace(&mut self.network.values[atom as usize], Value::Dead) {
+            Value::Sum(polynomial) => polynomial,
+            _ => unreachable!("users are sums"),
+        }
+    }
+
+    fn put(&mut self, atom: Atom, polynomial: Polynomial) {
+        self.network.values[atom as usize] = Value::Sum(polynomial);
+        self.index(atom);
+    }
+
     fn take_divisor(&mut self, number: u32) {
         let (divisor, candidate) =
             self.divisors.get_index_mut(number as usize).expect("numbers are positions");
@@ -303,12 +317,7 @@ impl Extraction<'_> {
             if atom == target {
                 continue;
             }
-            self.unindex(atom);
-            let Value::Sum(mut polynomial) =
-                std::mem::replace(&mut self.network.values[atom as usize], Value::Dead)
-            else {
-                unreachable!("users are sums")
-            };
+            let mut polynomial = self.take(atom);
             for (first, second) in terms {
                 if !polynomial.contains_key(&first) || !polynomial.contains_key(&second) {
                     continue;
@@ -323,8 +332,7 @@ impl Extraction<'_> {
                 let monomial = monomials.intern(atoms);
                 add_term(&mut polynomial, monomial, &if negative { -coefficient } else { coefficient });
             }
-            self.network.values[atom as usize] = Value::Sum(polynomial);
-            self.index(atom);
+            self.put(atom, polynomial);
         }
         if existing.is_none() {
             self.index(target);
@@ -348,12 +356,7 @@ impl Extraction<'_> {
             if atom == target {
                 continue;
             }
-            self.unindex(atom);
-            let Value::Sum(mut polynomial) =
-                std::mem::replace(&mut self.network.values[atom as usize], Value::Dead)
-            else {
-                unreachable!("users are sums")
-            };
+            let mut polynomial = self.take(atom);
             for monomial in products {
                 let Some(coefficient) = polynomial.remove(&monomial) else { continue };
                 let monomials = &mut self.network.monomials;
@@ -367,8 +370,7 @@ impl Extraction<'_> {
                 let monomial = monomials.intern(atoms);
                 add_term(&mut polynomial, monomial, &coefficient);
             }
-            self.network.values[atom as usize] = Value::Sum(polynomial);
-            self.index(atom);
+            self.put(atom, polynomial);
         }
         if existing.is_none() {
             self.index(target);
