@@ -5,22 +5,61 @@
 
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
+use std::cmp::Ordering;
 use std::fmt;
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// A rational number in lowest terms.
-#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Exact(RBig);
+///
+/// Nearly every coefficient is a small one, held in place; only what does not fit is kept on the heap.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub struct Exact(Repr);
+
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Repr {
+    /// Numerator and denominator, in lowest terms.
+    Small(i32, u32),
+    /// What does not fit the other.
+    Large(Box<RBig>),
+}
 
 impl Exact {
     /// 0
-    pub const ZERO: Exact = Exact(RBig::ZERO);
+    pub const ZERO: Exact = Exact(Repr::Small(0, 1));
     /// 1
-    pub const ONE: Exact = Exact(RBig::ONE);
+    pub const ONE: Exact = Exact(Repr::Small(1, 1));
 
     /// `numerator / denominator`. Panics if the denominator is zero.
     pub fn ratio(numerator: i64, denominator: u64) -> Exact {
-        Exact(RBig::from_parts(IBig::from(numerator), UBig::from(denominator)))
+        Exact::reduced(numerator.into(), denominator.into())
+    }
+
+    /// In lowest terms and in the smaller form, if it fits.
+    fn reduced(numerator: i128, denominator: u128) -> Exact {
+        assert!(denominator != 0, "a denominator is not zero");
+        let divisor = if denominator == 1 { 1 } else { gcd(numerator.unsigned_abs(), denominator) };
+        let (numerator, denominator) = (numerator / divisor as i128, denominator / divisor);
+        match (i32::try_from(numerator), u32::try_from(denominator)) {
+            (Ok(numerator), Ok(denominator)) => Exact(Repr::Small(numerator, denominator)),
+            _ => Exact(Repr::Large(Box::new(RBig::from_parts(IBig::from(numerator), UBig::from(denominator))))),
+        }
+    }
+
+    /// A rational of any size, in the smaller form if it fits.
+    fn of(value: RBig) -> Exact {
+        match (i32::try_from(value.numerator().clone()), u32::try_from(value.denominator().clone())) {
+            (Ok(numerator), Ok(denominator)) => Exact(Repr::Small(numerator, denominator)),
+            _ => Exact(Repr::Large(Box::new(value))),
+        }
+    }
+
+    fn large(&self) -> RBig {
+        match &self.0 {
+            Repr::Small(numerator, denominator) => {
+                RBig::from_parts(IBig::from(*numerator), UBig::from(*denominator))
+            }
+            Repr::Large(value) => (**value).clone(),
+        }
     }
 
     /// The value of a decimal literal such as `12`, `0.5`, `1e-3` or `1_000.0`, without suffix.
@@ -41,33 +80,36 @@ impl Exact {
         let digits: IBig = digits.parse().ok()?;
         let scale = UBig::from(10u8).pow(shift.unsigned_abs() as usize);
         let value = if shift < 0 { RBig::from_parts(digits, scale) } else { RBig::from(digits * scale) };
-        let value = Exact(value);
+        let value = Exact::of(value);
         value.to_f64().is_finite().then_some(value)
     }
 
     /// The value of a finite `f64`, exactly.
     pub fn from_f64(value: f64) -> Option<Exact> {
-        RBig::try_from(value).ok().map(Exact)
+        RBig::try_from(value).ok().map(Exact::of)
     }
 
     /// Whether this is 0.
     pub fn is_zero(&self) -> bool {
-        self.0.is_zero()
+        matches!(self.0, Repr::Small(0, _))
     }
 
     /// Whether this is 1.
     pub fn is_one(&self) -> bool {
-        self.0.is_one()
+        matches!(self.0, Repr::Small(1, 1))
     }
 
     /// Whether this is 1 or −1.
     pub fn is_unit(&self) -> bool {
-        self.is_one() || (-self).is_one()
+        matches!(self.0, Repr::Small(1 | -1, 1))
     }
 
     /// Whether this is below 0.
     pub fn is_negative(&self) -> bool {
-        self.0 < RBig::ZERO
+        match &self.0 {
+            Repr::Small(numerator, _) => *numerator < 0,
+            Repr::Large(value) => **value < RBig::ZERO,
+        }
     }
 
     /// |x|
@@ -77,99 +119,155 @@ impl Exact {
 
     /// 1/x. Panics at zero.
     pub fn recip(&self) -> Exact {
-        Exact(RBig::ONE / &self.0)
+        match &self.0 {
+            Repr::Small(1 | -1, 1) => self.clone(),
+            Repr::Small(numerator, denominator) => Exact::reduced(
+                i128::from(*denominator) * i128::from(numerator.signum()),
+                numerator.unsigned_abs().into(),
+            ),
+            Repr::Large(value) => Exact::of(RBig::ONE / &**value),
+        }
     }
 
     /// xⁿ for any n; x must not be zero when n < 0.
     pub fn powi(&self, n: i32) -> Exact {
-        Exact(self.0.pow(n as isize))
+        if n == 1 { self.clone() } else { Exact::of(self.large().pow(n as isize)) }
     }
 
     /// The integer this is, if it is one that fits.
     pub fn to_i64(&self) -> Option<i64> {
-        if !self.0.denominator().is_one() {
-            return None;
+        match &self.0 {
+            Repr::Small(numerator, denominator) => (*denominator == 1).then_some((*numerator).into()),
+            Repr::Large(value) if value.denominator().is_one() => {
+                i64::try_from(value.numerator().clone()).ok()
+            }
+            Repr::Large(_) => None,
         }
-        i64::try_from(self.0.numerator().clone()).ok()
     }
 
     /// The nearest `f64`.
     pub fn to_f64(&self) -> f64 {
-        self.0.to_f64().value()
+        self.large().to_f64().value()
     }
 
     /// The nearest `f32`.
     pub fn to_f32(&self) -> f32 {
-        self.0.to_f32().value()
+        self.large().to_f32().value()
     }
 
     /// How many bits numerator and denominator take together: what bounds the folding of constants.
     pub fn bits(&self) -> usize {
         use dashu_int::ops::BitTest;
-        self.0.numerator().bit_len() + self.0.denominator().bit_len()
+        match &self.0 {
+            Repr::Small(numerator, denominator) => {
+                let zeros = numerator.unsigned_abs().leading_zeros() + denominator.leading_zeros();
+                64 - zeros as usize
+            }
+            Repr::Large(value) => value.numerator().bit_len() + value.denominator().bit_len(),
+        }
     }
 
     /// Numerator and denominator in decimal, the sign on the numerator.
     pub fn parts(&self) -> (String, String) {
-        (self.0.numerator().to_string(), self.0.denominator().to_string())
+        match &self.0 {
+            Repr::Small(numerator, denominator) => (numerator.to_string(), denominator.to_string()),
+            Repr::Large(value) => (value.numerator().to_string(), value.denominator().to_string()),
+        }
+    }
+}
+
+fn gcd(mut a: u128, mut b: u128) -> u128 {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
+impl Ord for Exact {
+    fn cmp(&self, other: &Exact) -> Ordering {
+        match (&self.0, &other.0) {
+            (Repr::Small(a, b), Repr::Small(c, d)) => {
+                (i64::from(*a) * i64::from(*d)).cmp(&(i64::from(*c) * i64::from(*b)))
+            }
+            _ => self.large().cmp(&other.large()),
+        }
+    }
+}
+
+impl PartialOrd for Exact {
+    fn partial_cmp(&self, other: &Exact) -> Option<Ordering> {
+        Some(self.cmp(other))
     }
 }
 
 impl From<i64> for Exact {
     fn from(value: i64) -> Exact {
-        Exact(RBig::from(value))
+        Exact::ratio(value, 1)
     }
 }
 
 impl Neg for &Exact {
     type Output = Exact;
     fn neg(self) -> Exact {
-        Exact(-self.0.clone())
+        match &self.0 {
+            Repr::Small(numerator, denominator) if *numerator != i32::MIN => {
+                Exact(Repr::Small(-numerator, *denominator))
+            }
+            _ => Exact::of(-self.large()),
+        }
     }
 }
 
 impl Neg for Exact {
     type Output = Exact;
     fn neg(self) -> Exact {
-        Exact(-self.0)
+        -&self
     }
 }
 
 impl Add for &Exact {
     type Output = Exact;
     fn add(self, other: &Exact) -> Exact {
-        Exact(&self.0 + &other.0)
+        match (&self.0, &other.0) {
+            (Repr::Small(a, b), Repr::Small(c, d)) => {
+                let (a, b, c, d) = (i128::from(*a), i128::from(*b), i128::from(*c), i128::from(*d));
+                Exact::reduced(a * d + c * b, (b * d) as u128)
+            }
+            _ => Exact::of(self.large() + other.large()),
+        }
     }
 }
 
 impl Sub for &Exact {
     type Output = Exact;
     fn sub(self, other: &Exact) -> Exact {
-        Exact(&self.0 - &other.0)
+        self + &-other
     }
 }
 
 impl Mul for &Exact {
     type Output = Exact;
     fn mul(self, other: &Exact) -> Exact {
-        if self.is_one() {
-            return other.clone();
+        match (&self.0, &other.0) {
+            (Repr::Small(1, 1), _) => other.clone(),
+            (_, Repr::Small(1, 1)) => self.clone(),
+            (Repr::Small(a, b), Repr::Small(c, d)) => Exact::reduced(
+                i128::from(*a) * i128::from(*c),
+                u128::from(*b) * u128::from(*d),
+            ),
+            _ => Exact::of(self.large() * other.large()),
         }
-        if other.is_one() {
-            return self.clone();
-        }
-        Exact(&self.0 * &other.0)
     }
 }
 
 impl fmt::Display for Exact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.0)
+        write!(f, "{}", self.large())
     }
 }
 
 impl fmt::Debug for Exact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.0)
+        write!(f, "{}", self.large())
     }
 }

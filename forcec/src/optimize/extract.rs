@@ -4,82 +4,82 @@
 //! factors of every product a candidate product; the exact saving of each is kept in a heap, the best is taken, what it
 //! touches is scored again. Sums are never multiplied out. Work is bounded in steps, not in time.
 
-use super::network::{Atom, Monomial, Network, Polynomial, Value, add_term};
+use super::network::{Network, Value};
+use super::polynomial::{Atom, Monomial, Polynomial};
 use crate::exact::Exact;
-use rustc_hash::FxHashMap;
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
-/// a + ratio · b
+/// first + ratio · second
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Divisor {
     first: Monomial,
     second: Monomial,
-    ratio: Ratio,
+    /// Nearly always a sign.
+    ratio: Exact,
 }
 
-/// One coefficient over another; nearly always a sign.
-#[derive(Clone, PartialEq, Eq, Hash)]
-enum Ratio {
-    Same,
-    Opposite,
-    Other(Exact),
-}
-
-impl Ratio {
-    fn of(a: &Exact, b: &Exact) -> Ratio {
-        if a == b {
-            return Ratio::Same;
-        }
-        let ratio = if b.is_one() { a.clone() } else { a * &b.recip() };
-        if ratio == -Exact::ONE { Ratio::Opposite } else { Ratio::Other(ratio) }
-    }
-
-    fn value(&self) -> Exact {
-        match self {
-            Ratio::Same => Exact::ONE,
-            Ratio::Opposite => -Exact::ONE,
-            Ratio::Other(ratio) => ratio.clone(),
-        }
-    }
+/// A place where a divisor could serve: two terms of a sum, and what writing them with it would save.
+struct Use {
+    user: Atom,
+    first: Monomial,
+    second: Monomial,
+    saving: i32,
 }
 
 #[derive(Default)]
 struct Candidate {
-    /// The users with the pairs of their terms that are a multiple of the divisor, a user's uses together.
-    uses: Vec<(Atom, Monomial, Monomial)>,
-    version: u32,
+    /// A user's uses stand together.
+    uses: Vec<Use>,
+    rank: Rank,
 }
 
 #[derive(Default)]
 struct Pair {
     /// The products of sums that hold both factors, a user's uses together.
     uses: Vec<(Atom, Monomial)>,
-    version: u32,
+    rank: Rank,
 }
 
-/// Ordered by saving, then by the number of places, then the simpler and the older first.
-#[derive(PartialEq, Eq, PartialOrd, Ord)]
-struct Scored {
-    saving: i64,
-    places: usize,
-    size: Reverse<usize>,
-    age: Reverse<(bool, u32)>,
-    version: u32,
+/// What the next to take is chosen by, packed into a number: the saving, then the number of places, then the simpler
+/// and the older first; divisors before products. Zero is no candidate.
+type Rank = u128;
+
+fn rank(saving: i64, places: usize, size: usize, is_pair: bool, number: u32) -> Rank {
+    let clamp = |x: usize| x.min(u16::MAX.into()) as u128;
+    let parts = [
+        (saving as u128, 32),
+        (places as u128, 32),
+        (clamp(usize::from(u16::MAX) - size), 16),
+        (u128::from(!is_pair), 1),
+        (u128::from(!number), 32),
+    ];
+    parts.into_iter().fold(0, |rank, (part, bits)| rank << bits | part)
+}
+
+/// The candidate of a rank.
+fn ranked(rank: Rank) -> (bool, u32) {
+    (rank >> 32 & 1 == 0, !(rank as u32))
 }
 
 /// The numbers of the divisors and of the pairs that one sum offers.
-type Candidates = (Vec<u32>, Vec<u32>);
+#[derive(Default)]
+struct Offers {
+    divisors: Vec<u32>,
+    pairs: Vec<u32>,
+}
 
 struct Extraction<'n> {
     network: &'n mut Network,
     divisors: indexmap::IndexMap<Divisor, Candidate, rustc_hash::FxBuildHasher>,
     pairs: indexmap::IndexMap<(Atom, Atom), Pair, rustc_hash::FxBuildHasher>,
-    /// The candidates each user takes part in.
-    of_user: FxHashMap<Atom, Candidates>,
-    heap: BinaryHeap<Scored>,
-    dirty_divisors: BTreeSet<u32>,
-    dirty_pairs: BTreeSet<u32>,
+    /// What each atom offers.
+    offers: Vec<Offers>,
+    heap: BinaryHeap<Rank>,
+    /// Candidates whose uses have changed since they were scored.
+    changed: Offers,
+    /// Of the divisor that is being told apart: the factors that only one of its terms has.
+    only: [Vec<Atom>; 2],
 }
 
 /// Factors a network, at most this many steps.
@@ -89,10 +89,10 @@ pub fn extract(network: &mut Network, steps: usize) {
         network,
         divisors: Default::default(),
         pairs: Default::default(),
-        of_user: FxHashMap::default(),
+        offers: Vec::new(),
         heap: BinaryHeap::new(),
-        dirty_divisors: BTreeSet::new(),
-        dirty_pairs: BTreeSet::new(),
+        changed: Offers::default(),
+        only: Default::default(),
     };
     for atom in extraction.network.order() {
         extraction.index(atom);
@@ -101,13 +101,10 @@ pub fn extract(network: &mut Network, steps: usize) {
     let mut taken = 0;
     while taken < steps {
         let Some(best) = extraction.heap.pop() else { break };
-        let Reverse((is_pair, number)) = best.age;
-        let version = if is_pair {
-            extraction.pairs[number as usize].version
-        } else {
-            extraction.divisors[number as usize].version
-        };
-        if version != best.version {
+        let (is_pair, number) = ranked(best);
+        let place = number as usize;
+        let now = if is_pair { extraction.pairs[place].rank } else { extraction.divisors[place].rank };
+        if now != best {
             continue;
         }
         taken += 1;
@@ -136,144 +133,125 @@ impl Extraction<'_> {
 
     /// Enters a sum into the tables.
     fn index(&mut self, atom: Atom) {
-        let Some(polynomial) = self.polynomial(atom) else { return };
-        let terms: Vec<(Monomial, Exact)> = polynomial.iter().map(|(m, c)| (*m, c.clone())).collect();
-        let mut divisors = Vec::new();
-        let mut pairs = Vec::new();
-        for (i, (mi, ci)) in terms.iter().enumerate() {
-            for (mj, cj) in &terms[i + 1..] {
-                let (divisor, pair) = self.divisor((*mi, ci), (*mj, cj));
+        let Value::Sum(polynomial) = &mut self.network.values[atom as usize] else { return };
+        let polynomial = std::mem::take(polynomial);
+        let mut offers = Offers::default();
+        for (i, (m, c)) in polynomial.terms().iter().enumerate() {
+            for (n, d) in &polynomial.terms()[i + 1..] {
+                let (divisor, place) = self.divisor(atom, (*m, c), (*n, d));
                 let entry = self.divisors.entry(divisor);
-                let number = entry.index() as u32;
-                entry.or_default().uses.push((atom, pair.0, pair.1));
-                divisors.push(number);
+                offers.divisors.push(entry.index() as u32);
+                entry.or_default().uses.push(place);
             }
-            let atoms = self.network.monomials.atoms(*mi).to_vec();
+            let atoms = self.network.monomials.atoms(*m);
             for (j, &x) in atoms.iter().enumerate() {
                 for &y in &atoms[j + 1..] {
                     let entry = self.pairs.entry((x, y));
-                    let number = entry.index() as u32;
+                    offers.pairs.push(entry.index() as u32);
                     let uses = &mut entry.or_default().uses;
-                    if uses.last() != Some(&(atom, *mi)) {
-                        uses.push((atom, *mi));
+                    if uses.last() != Some(&(atom, *m)) {
+                        uses.push((atom, *m));
                     }
-                    pairs.push(number);
                 }
             }
         }
-        self.dirty_divisors.extend(&divisors);
-        self.dirty_pairs.extend(&pairs);
-        self.of_user.insert(atom, (divisors, pairs));
+        self.network.values[atom as usize] = Value::Sum(polynomial);
+        self.changed.divisors.extend(&offers.divisors);
+        self.changed.pairs.extend(&offers.pairs);
+        if self.offers.len() <= atom as usize {
+            self.offers.resize_with(self.network.values.len(), Offers::default);
+        }
+        self.offers[atom as usize] = offers;
     }
 
     fn unindex(&mut self, atom: Atom) {
-        let Some((divisors, pairs)) = self.of_user.remove(&atom) else { return };
-        for &number in &divisors {
-            self.divisors[number as usize].uses.retain(|(user, ..)| *user != atom);
+        let Some(offers) = self.offers.get_mut(atom as usize).map(std::mem::take) else { return };
+        for &number in &offers.divisors {
+            self.divisors[number as usize].uses.retain(|place| place.user != atom);
         }
-        for &number in &pairs {
+        for &number in &offers.pairs {
             self.pairs[number as usize].uses.retain(|(user, _)| *user != atom);
-            self.dirty_pairs.insert(number);
         }
-        self.dirty_divisors.extend(divisors);
+        self.changed.divisors.extend(offers.divisors);
+        self.changed.pairs.extend(offers.pairs);
     }
 
-    /// The divisor of two terms, and the terms in its order.
+    /// The divisor of two terms of a sum, and the place it has there.
     fn divisor(
         &mut self,
-        (mi, ci): (Monomial, &Exact),
-        (mj, cj): (Monomial, &Exact),
-    ) -> (Divisor, (Monomial, Monomial)) {
-        let (a, b) = (self.network.monomials.atoms(mi), self.network.monomials.atoms(mj));
-        let (mut i, mut j) = (0, 0);
-        let (mut first, mut second) = (Vec::new(), Vec::new());
-        while i < a.len() || j < b.len() {
-            if j == b.len() || i < a.len() && a[i] < b[j] {
-                first.push(a[i]);
-                i += 1;
-            } else if i == a.len() || b[j] < a[i] {
-                second.push(b[j]);
-                j += 1;
-            } else {
-                (i, j) = (i + 1, j + 1);
-            }
-        }
-        if first < second {
-            let (first, second) =
-                (self.network.monomials.intern(first), self.network.monomials.intern(second));
-            (Divisor { first, second, ratio: Ratio::of(cj, ci) }, (mi, mj))
-        } else {
-            let (first, second) =
-                (self.network.monomials.intern(second), self.network.monomials.intern(first));
-            (Divisor { first, second, ratio: Ratio::of(ci, cj) }, (mj, mi))
-        }
+        user: Atom,
+        (m, c): (Monomial, &Exact),
+        (n, d): (Monomial, &Exact),
+    ) -> (Divisor, Use) {
+        let monomials = &mut self.network.monomials;
+        let (a, b) = (monomials.atoms(m), monomials.atoms(n));
+        let before = term_cost(a.len(), c) + term_cost(b.len(), d) + 1;
+        let [first, second] = &mut self.only;
+        let common = tell_apart(a, b, first, second);
+        let swapped = first > second;
+        let (first, second) =
+            if common == 0 { (m, n) } else { (monomials.intern(first), monomials.intern(second)) };
+        let ((first, m, c), (second, n, d)) =
+            if swapped { ((second, n, d), (first, m, c)) } else { ((first, m, c), (second, n, d)) };
+        let ratio = if c.is_one() { d.clone() } else { d * &c.recip() };
+        let saving = (before - common as i64 - i64::from(!c.is_unit())) as i32;
+        (Divisor { first, second, ratio }, Use { user, first: m, second: n, saving })
     }
 
     /// Scores what has changed.
     fn score(&mut self) {
-        for number in std::mem::take(&mut self.dirty_divisors) {
+        let mut changed = std::mem::take(&mut self.changed);
+        for numbers in [&mut changed.divisors, &mut changed.pairs] {
+            numbers.sort_unstable();
+            numbers.dedup();
+        }
+        for number in changed.divisors.drain(..) {
             let (saving, places) = self.saving(number);
             let (divisor, candidate) =
                 self.divisors.get_index_mut(number as usize).expect("numbers are positions");
-            candidate.version += 1;
+            let mut now = 0;
             if saving > 0 {
                 let monomials = &self.network.monomials;
                 let size = monomials.degree(divisor.first) + monomials.degree(divisor.second);
-                let version = candidate.version;
-                self.heap.push(Scored {
-                    saving,
-                    places,
-                    size: Reverse(size),
-                    age: Reverse((false, number)),
-                    version,
-                });
+                now = rank(saving, places, size, false, number);
+            }
+            if std::mem::replace(&mut candidate.rank, now) != now && now != 0 {
+                self.heap.push(now);
             }
         }
-        for number in std::mem::take(&mut self.dirty_pairs) {
+        for number in changed.pairs.drain(..) {
             let pair = &mut self.pairs[number as usize];
-            pair.version += 1;
             let saving = pair.uses.len() as i64 - 1;
-            if saving > 0 {
-                let version = pair.version;
-                self.heap.push(Scored {
-                    saving,
-                    places: 0,
-                    size: Reverse(0),
-                    age: Reverse((true, number)),
-                    version,
-                });
+            let now = if saving > 0 { rank(saving, 0, 0, true, number) } else { 0 };
+            if std::mem::replace(&mut pair.rank, now) != now && now != 0 {
+                self.heap.push(now);
             }
         }
+        self.changed = changed;
     }
 
     /// The exact saving of a divisor and the number of places it serves.
     fn saving(&self, number: u32) -> (i64, usize) {
         let (divisor, candidate) = self.divisors.get_index(number as usize).expect("numbers are positions");
-        let monomials = &self.network.monomials;
-        let degree = monomials.degree(divisor.first);
         let (mut saving, mut places) = (0, 0);
-        let mut used: Vec<Monomial> = Vec::new();
-        let mut user = None;
-        for (atom, first, second) in &candidate.uses {
-            if user != Some(*atom) {
-                user = Some(*atom);
-                used.clear();
+        // A term serves once.
+        let mut served: Vec<Monomial> = Vec::new();
+        let mut uses = candidate.uses.iter().peekable();
+        while let Some(place) = uses.next() {
+            if !served.contains(&place.first) && !served.contains(&place.second) {
+                saving += i64::from(place.saving);
+                places += 1;
+                served.extend([place.first, place.second]);
             }
-            if used.contains(first) || used.contains(second) {
-                continue;
+            if uses.peek().is_none_or(|next| next.user != place.user) {
+                served.clear();
             }
-            used.extend([*first, *second]);
-            let polynomial = self.polynomial(*atom).expect("users are sums");
-            let (a, b) = (&polynomial[first], &polynomial[second]);
-            let before = term_cost(monomials.degree(*first), a) + term_cost(monomials.degree(*second), b) + 1;
-            let after = (monomials.degree(*first) - degree) as i64 + i64::from(!a.is_unit());
-            saving += before - after;
-            places += 1;
         }
+        let monomials = &self.network.monomials;
         let own = 1
             + monomials.degree(divisor.first).saturating_sub(1)
             + monomials.degree(divisor.second).saturating_sub(1)
-            + usize::from(matches!(divisor.ratio, Ratio::Other(_)));
+            + usize::from(!divisor.ratio.is_unit());
         (saving - own as i64, places)
     }
 
@@ -291,89 +269,111 @@ impl Extraction<'_> {
         self.index(atom);
     }
 
+    /// Defines a value, or finds the user that is this value already, up to sign.
+    fn define(&mut self, definition: Polynomial, users: impl Iterator<Item = Atom>) -> (Atom, bool, bool) {
+        let opposite = definition.negated();
+        for user in users {
+            let polynomial = self.polynomial(user);
+            if polynomial == Some(&definition) || polynomial == Some(&opposite) {
+                return (user, polynomial == Some(&opposite), true);
+            }
+        }
+        (self.network.define(Value::Sum(definition)), false, false)
+    }
+
     fn take_divisor(&mut self, number: u32) {
         let (divisor, candidate) =
             self.divisors.get_index_mut(number as usize).expect("numbers are positions");
         let divisor = divisor.clone();
-        let mut uses: BTreeMap<Atom, Vec<(Monomial, Monomial)>> = BTreeMap::new();
-        for (atom, first, second) in std::mem::take(&mut candidate.uses) {
-            uses.entry(atom).or_default().push((first, second));
-        }
-        self.dirty_divisors.insert(number);
-        let definition =
-            Polynomial::from([(divisor.first, Exact::ONE), (divisor.second, divisor.ratio.value())]);
-        let opposite: Polynomial = definition.iter().map(|(m, c)| (*m, -c)).collect();
-        let existing = uses.keys().find_map(|&atom| {
-            let polynomial = self.polynomial(atom)?;
-            if *polynomial == definition {
-                Some((atom, false))
-            } else {
-                (*polynomial == opposite).then_some((atom, true))
-            }
-        });
-        let (target, negative) =
-            existing.unwrap_or_else(|| (self.network.define(Value::Sum(definition)), false));
-        for (atom, terms) in uses {
-            if atom == target {
+        let mut uses = std::mem::take(&mut candidate.uses);
+        uses.sort_by_key(|place| place.user);
+        self.changed.divisors.push(number);
+        let definition = Polynomial::from([(divisor.first, Exact::ONE), (divisor.second, divisor.ratio)]);
+        let (target, negative, existed) = self.define(definition, uses.iter().map(|place| place.user));
+        for uses in uses.chunk_by(|a, b| a.user == b.user) {
+            let user = uses[0].user;
+            if user == target {
                 continue;
             }
-            let mut polynomial = self.take(atom);
-            for (first, second) in terms {
-                if !polynomial.contains_key(&first) || !polynomial.contains_key(&second) {
+            let mut polynomial = self.take(user);
+            for place in uses {
+                if polynomial.get(place.first).is_none() || polynomial.get(place.second).is_none() {
                     continue;
                 }
-                let coefficient = polynomial.remove(&first).expect("just seen");
-                polynomial.remove(&second);
+                let coefficient = polynomial.remove(place.first).expect("just seen");
+                polynomial.remove(place.second);
                 let monomials = &mut self.network.monomials;
                 let mut atoms = monomials
-                    .quotient(monomials.atoms(first), monomials.atoms(divisor.first))
+                    .quotient(monomials.atoms(place.first), monomials.atoms(divisor.first))
                     .expect("a use is a multiple");
                 atoms.push(target);
-                let monomial = monomials.intern(atoms);
-                add_term(&mut polynomial, monomial, &if negative { -coefficient } else { coefficient });
+                let monomial = monomials.intern(&mut atoms);
+                polynomial.add(monomial, &if negative { -coefficient } else { coefficient });
             }
-            self.put(atom, polynomial);
+            self.put(user, polynomial);
         }
-        if existing.is_none() {
+        if !existed {
             self.index(target);
         }
     }
 
     fn take_pair(&mut self, number: u32) {
         let (&(x, y), pair) = self.pairs.get_index_mut(number as usize).expect("numbers are positions");
-        let uses = std::mem::take(&mut pair.uses);
-        self.dirty_pairs.insert(number);
-        let product = self.network.monomials.intern(vec![x, y]);
+        let mut uses = std::mem::take(&mut pair.uses);
+        uses.sort_by_key(|(user, _)| *user);
+        self.changed.pairs.push(number);
+        let both = [x.min(y), x.max(y)];
+        let product = self.network.monomials.intern(&mut both.clone());
         let definition = Polynomial::from([(product, Exact::ONE)]);
-        let existing =
-            uses.iter().find_map(|&(atom, _)| (self.polynomial(atom)? == &definition).then_some(atom));
-        let target = existing.unwrap_or_else(|| self.network.define(Value::Sum(definition)));
-        let mut by_user: BTreeMap<Atom, Vec<Monomial>> = BTreeMap::new();
-        for (atom, monomial) in uses {
-            by_user.entry(atom).or_default().push(monomial);
-        }
-        for (atom, products) in by_user {
-            if atom == target {
+        let (target, negative, existed) = self.define(definition, uses.iter().map(|(user, _)| *user));
+        for uses in uses.chunk_by(|a, b| a.0 == b.0) {
+            let user = uses[0].0;
+            if user == target {
                 continue;
             }
-            let mut polynomial = self.take(atom);
-            for monomial in products {
-                let Some(coefficient) = polynomial.remove(&monomial) else { continue };
+            let mut polynomial = self.take(user);
+            for &(_, monomial) in uses {
+                let Some(mut coefficient) = polynomial.remove(monomial) else { continue };
                 let monomials = &mut self.network.monomials;
                 let mut atoms = monomials.atoms(monomial).to_vec();
-                let pair = if x < y { [x, y] } else { [y, x] };
-                while let Some(mut rest) = monomials.quotient(&atoms, &pair) {
+                while let Some(mut rest) = monomials.quotient(&atoms, &both) {
                     rest.push(target);
                     rest.sort_unstable();
                     atoms = rest;
+                    if negative {
+                        coefficient = -coefficient;
+                    }
                 }
-                let monomial = monomials.intern(atoms);
-                add_term(&mut polynomial, monomial, &coefficient);
+                let monomial = monomials.intern(&mut atoms);
+                polynomial.add(monomial, &coefficient);
             }
-            self.put(atom, polynomial);
+            self.put(user, polynomial);
         }
-        if existing.is_none() {
+        if !existed {
             self.index(target);
         }
     }
+}
+
+/// Splits two products into what only one of them has; the number of factors they share.
+fn tell_apart(a: &[Atom], b: &[Atom], only_a: &mut Vec<Atom>, only_b: &mut Vec<Atom>) -> usize {
+    only_a.clear();
+    only_b.clear();
+    let (mut i, mut j, mut common) = (0, 0, 0);
+    while i < a.len() && j < b.len() {
+        match a[i].cmp(&b[j]) {
+            Ordering::Less => {
+                only_a.push(a[i]);
+                i += 1;
+            }
+            Ordering::Greater => {
+                only_b.push(b[j]);
+                j += 1;
+            }
+            Ordering::Equal => (i, j, common) = (i + 1, j + 1, common + 1),
+        }
+    }
+    only_a.extend_from_slice(&a[i..]);
+    only_b.extend_from_slice(&b[j..]);
+    common
 }

@@ -6,6 +6,7 @@
 pub mod extract;
 pub mod lower;
 pub mod network;
+pub mod polynomial;
 pub mod resubstitute;
 
 use crate::derive::Derived;

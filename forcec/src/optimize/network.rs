@@ -5,57 +5,11 @@
 //! atom. Numbers other than ±1 are atoms of their own, so that 2x is shared like any product. Pinned differences are
 //! leaves.
 
+use super::polynomial::{Atom, Monomial, Monomials, Polynomial};
 use crate::exact::Exact;
 use crate::scalar::{Graph, Id, Node, Operations, Program};
-use indexmap::IndexSet;
-use rustc_hash::{FxBuildHasher, FxHashMap};
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
-
-/// A value of the network.
-pub type Atom = u32;
-
-/// An interned product of atoms.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub struct Monomial(u32);
-
-/// Products of atoms, each sorted, a power repeated; the empty one is 1.
-#[derive(Clone, Default)]
-pub struct Monomials(IndexSet<Box<[Atom]>, FxBuildHasher>);
-
-impl Monomials {
-    /// The id of a product; the atoms need not be sorted.
-    pub fn intern(&mut self, mut atoms: Vec<Atom>) -> Monomial {
-        atoms.sort_unstable();
-        Monomial(self.0.insert_full(atoms.into()).0 as u32)
-    }
-
-    /// The atoms of a product.
-    pub fn atoms(&self, monomial: Monomial) -> &[Atom] {
-        &self.0[monomial.0 as usize]
-    }
-
-    /// Number of atoms.
-    pub fn degree(&self, monomial: Monomial) -> usize {
-        self.atoms(monomial).len()
-    }
-
-    /// a / b, if b divides a.
-    pub fn quotient(&self, a: &[Atom], b: &[Atom]) -> Option<Vec<Atom>> {
-        let mut rest = Vec::with_capacity(a.len());
-        let mut j = 0;
-        for &atom in a {
-            if j < b.len() && b[j] == atom {
-                j += 1;
-            } else {
-                rest.push(atom);
-            }
-        }
-        (j == b.len()).then_some(rest)
-    }
-}
-
-/// Terms by product; coefficients are never zero.
-pub type Polynomial = BTreeMap<Monomial, Exact>;
 
 /// What an atom is.
 #[derive(Clone, Debug)]
@@ -183,9 +137,8 @@ impl Network {
             if !size.is_one() {
                 atoms.push(self.number(size));
             }
-            let monomial = self.monomials.intern(atoms);
-            let unit = if sign { -Exact::ONE } else { Exact::ONE };
-            add_term(&mut polynomial, monomial, &unit);
+            let monomial = self.monomials.intern(&mut atoms);
+            polynomial.add(monomial, &if sign { -Exact::ONE } else { Exact::ONE });
         }
         polynomial
     }
@@ -193,7 +146,7 @@ impl Network {
     /// An atom to a power, by squaring.
     fn power(&mut self, base: Atom, exponent: u32) -> Atom {
         let product = |network: &mut Network, x: Atom, y: Atom| {
-            let monomial = network.monomials.intern(vec![x, y]);
+            let monomial = network.monomials.intern(&mut [x, y]);
             network.define(Value::Sum(Polynomial::from([(monomial, Exact::ONE)])))
         };
         let mut power = base;
@@ -215,14 +168,16 @@ impl Network {
         atom
     }
 
-    /// The atoms an atom reads.
-    pub fn operands(&self, atom: Atom) -> Vec<Atom> {
+    /// The atoms an atom reads, in order, one after the other.
+    pub fn each_operand(&self, atom: Atom, mut visit: impl FnMut(Atom)) {
         match &self.values[atom as usize] {
             Value::Sum(polynomial) => {
-                polynomial.keys().flat_map(|m| self.monomials.atoms(*m).iter().copied()).collect()
+                for monomial in polynomial.monomials() {
+                    self.monomials.atoms(monomial).iter().copied().for_each(&mut visit);
+                }
             }
-            Value::Operation(_, atoms) => atoms.to_vec(),
-            _ => vec![],
+            Value::Operation(_, atoms) => atoms.iter().copied().for_each(visit),
+            Value::Leaf(_) | Value::Number(_) | Value::Dead => {}
         }
     }
 
@@ -243,8 +198,13 @@ impl Network {
             match state[atom as usize] {
                 0 => {
                     state[atom as usize] = 1;
-                    let operands = self.operands(atom);
-                    roots.extend(operands.into_iter().rev().filter(|x| state[*x as usize] == 0));
+                    let first = roots.len();
+                    self.each_operand(atom, |x| {
+                        if state[x as usize] == 0 {
+                            roots.push(x);
+                        }
+                    });
+                    roots[first..].reverse();
                 }
                 1 => {
                     state[atom as usize] = 2;
@@ -263,7 +223,7 @@ impl Network {
     pub fn sweep(&mut self) {
         // What an atom became: a sign and an atom.
         let mut became: FxHashMap<Atom, (bool, Atom)> = FxHashMap::default();
-        let mut sums: FxHashMap<Vec<(Monomial, Exact)>, (bool, Atom)> = FxHashMap::default();
+        let mut sums: FxHashMap<Polynomial, (bool, Atom)> = FxHashMap::default();
         let mut operations: FxHashMap<(Node, Box<[Atom]>), Atom> = FxHashMap::default();
         let order = self.order();
         for &atom in &order {
@@ -274,11 +234,8 @@ impl Network {
                     if let Some(copy) = self.copy_of(&polynomial) {
                         became.insert(atom, copy);
                     } else {
-                        let negative = polynomial.values().next().is_some_and(Exact::is_negative);
-                        let key = polynomial
-                            .iter()
-                            .map(|(m, c)| (*m, if negative { -c } else { c.clone() }))
-                            .collect::<Vec<_>>();
+                        let negative = polynomial.terms().first().is_some_and(|(_, c)| c.is_negative());
+                        let key = if negative { polynomial.negated() } else { polynomial.clone() };
                         match sums.get(&key) {
                             Some(&(sign, same)) => {
                                 became.insert(atom, (sign != negative, same));
@@ -332,7 +289,7 @@ impl Network {
             {
                 if polynomial.is_empty() {
                     *output = Output::Number(Exact::ZERO);
-                } else if let (1, Some((m, d))) = (polynomial.len(), polynomial.first_key_value())
+                } else if let [(m, d)] = polynomial.terms()
                     && self.monomials.degree(*m) == 0
                 {
                     *output = Output::Number(&*c * d);
@@ -351,30 +308,35 @@ impl Network {
     }
 
     fn replace(&mut self, polynomial: Polynomial, became: &FxHashMap<Atom, (bool, Atom)>) -> Polynomial {
-        let touched = |m: &Monomial| self.monomials.atoms(*m).iter().any(|a| became.contains_key(a));
-        if !polynomial.keys().any(touched) {
+        let touched = |m: Monomial| self.monomials.atoms(m).iter().any(|a| became.contains_key(a));
+        if became.is_empty() || !polynomial.monomials().any(touched) {
             return polynomial;
         }
         let mut replaced = Polynomial::new();
-        for (monomial, coefficient) in polynomial {
+        let mut atoms = Vec::new();
+        for (monomial, coefficient) in polynomial.terms() {
             let mut negative = false;
-            let mut atoms = Vec::new();
-            for &atom in self.monomials.atoms(monomial) {
+            atoms.clear();
+            for &atom in self.monomials.atoms(*monomial) {
                 let (sign, atom) = became.get(&atom).copied().unwrap_or((false, atom));
                 negative ^= sign;
                 atoms.push(atom);
             }
-            let monomial = self.monomials.intern(atoms);
-            add_term(&mut replaced, monomial, &if negative { -coefficient } else { coefficient });
+            let monomial = self.monomials.intern(&mut atoms);
+            if negative {
+                replaced.add(monomial, &-coefficient);
+            } else {
+                replaced.add(monomial, coefficient);
+            }
         }
         replaced
     }
 
     /// ± another atom, if that is all a polynomial is.
     fn copy_of(&self, polynomial: &Polynomial) -> Option<(bool, Atom)> {
-        let (monomial, coefficient) = polynomial.first_key_value()?;
-        match (polynomial.len(), self.monomials.atoms(*monomial)) {
-            (1, &[atom]) if coefficient.is_unit() => match self.values[atom as usize] {
+        let [(monomial, coefficient)] = polynomial.terms() else { return None };
+        match self.monomials.atoms(*monomial) {
+            &[atom] if coefficient.is_unit() => match self.values[atom as usize] {
                 Value::Number(_) => None,
                 _ => Some((coefficient.is_negative(), atom)),
             },
@@ -386,8 +348,8 @@ impl Network {
     fn is_multiple(&self, polynomial: &Polynomial) -> bool {
         let number = |atom: &Atom| matches!(self.values[*atom as usize], Value::Number(_));
         polynomial.len() == 1
-            && polynomial.keys().all(|monomial| {
-                let atoms = self.monomials.atoms(*monomial);
+            && polynomial.monomials().all(|monomial| {
+                let atoms = self.monomials.atoms(monomial);
                 atoms.iter().any(number) && !atoms.iter().all(number)
             })
     }
@@ -399,9 +361,9 @@ impl Network {
             match &self.values[atom as usize] {
                 Value::Sum(polynomial) => {
                     total.add += polynomial.len().saturating_sub(1);
-                    let degrees = polynomial.keys().map(|m| self.monomials.degree(*m).saturating_sub(1));
+                    let degrees = polynomial.monomials().map(|m| self.monomials.degree(m).saturating_sub(1));
                     total.mul += degrees.sum::<usize>();
-                    total.neg += usize::from(polynomial.values().all(Exact::is_negative));
+                    total.neg += usize::from(polynomial.terms().iter().all(|(_, c)| c.is_negative()));
                 }
                 Value::Leaf(id) | Value::Operation(id, _) => total += self.source.graph.cost(*id),
                 Value::Number(_) | Value::Dead => {}
@@ -424,7 +386,7 @@ impl Network {
                 },
                 Value::Number(value) => graph.constant(value.clone()),
                 Value::Sum(polynomial) if self.is_multiple(polynomial) => {
-                    let (monomial, sign) = polynomial.first_key_value().expect("one term");
+                    let (monomial, sign) = &polynomial.terms()[0];
                     let mut size = sign.clone();
                     let mut factors = Vec::new();
                     for &factor in self.monomials.atoms(*monomial) {
@@ -438,7 +400,7 @@ impl Network {
                 }
                 Value::Sum(polynomial) => {
                     let mut terms = Vec::with_capacity(polynomial.len());
-                    for (monomial, coefficient) in polynomial {
+                    for (monomial, coefficient) in polynomial.terms() {
                         let factors: Vec<(Id, u32)> = self
                             .monomials
                             .atoms(*monomial)
@@ -475,15 +437,6 @@ impl Network {
 
 fn became_sorted(became: &FxHashMap<Atom, (bool, Atom)>) -> BTreeMap<Atom, (bool, Atom)> {
     became.iter().map(|(k, v)| (*k, *v)).collect()
-}
-
-/// Adds a term in place.
-pub fn add_term(polynomial: &mut Polynomial, monomial: Monomial, coefficient: &Exact) {
-    let entry = polynomial.entry(monomial).or_insert(Exact::ZERO);
-    *entry = &*entry + coefficient;
-    if entry.is_zero() {
-        polynomial.remove(&monomial);
-    }
 }
 
 /// A node without its operands: what two operations must share to be one.

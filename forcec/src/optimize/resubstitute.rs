@@ -4,10 +4,10 @@
 //! matching terms; kept where p gets shorter.
 
 use super::extract::term_cost;
-use super::network::{Atom, Monomial, Network, Polynomial, Value, add_term};
+use super::network::{Network, Value};
+use super::polynomial::{Atom, Monomials, Polynomial};
 use crate::exact::Exact;
 use rustc_hash::FxHashMap;
-use std::collections::{BTreeMap, BTreeSet};
 
 /// Sums of more terms are no divisors.
 const WIDE: usize = 8;
@@ -18,33 +18,34 @@ pub fn resubstitute(network: &mut Network) -> bool {
     let mut frequency: FxHashMap<Atom, usize> = FxHashMap::default();
     for &atom in &order {
         if let Value::Sum(_) = network.values[atom as usize] {
-            for operand in network.operands(atom) {
-                *frequency.entry(operand).or_default() += 1;
-            }
+            network.each_operand(atom, |operand| *frequency.entry(operand).or_default() += 1);
         }
     }
     // Divisors by their rarest atom: what they divide must hold it.
     let mut divisors: FxHashMap<Atom, Vec<Atom>> = FxHashMap::default();
     let mut changed = false;
+    let mut candidates: Vec<Atom> = Vec::new();
     for &atom in &order {
-        let Value::Sum(polynomial) = &network.values[atom as usize] else { continue };
-        let mut polynomial = polynomial.clone();
+        let Value::Sum(polynomial) = &mut network.values[atom as usize] else { continue };
+        let mut polynomial = std::mem::take(polynomial);
         if polynomial.len() >= 2 {
-            let atoms: BTreeSet<Atom> =
-                polynomial.keys().flat_map(|m| network.monomials.atoms(*m).iter().copied()).collect();
-            let candidates: BTreeSet<Atom> =
-                atoms.iter().flat_map(|a| divisors.get(a).into_iter().flatten()).copied().collect();
-            for divisor in candidates {
+            candidates.clear();
+            for monomial in polynomial.monomials() {
+                let atoms = network.monomials.atoms(monomial);
+                candidates.extend(atoms.iter().flat_map(|a| divisors.get(a).into_iter().flatten()));
+            }
+            candidates.sort_unstable();
+            candidates.dedup();
+            for &divisor in &candidates {
                 let Value::Sum(by) = &network.values[divisor as usize] else { continue };
-                let by = by.clone();
-                if let Some(shorter) = divide(network, &polynomial, &by, divisor) {
+                if let Some(shorter) = divide(&mut network.monomials, &polynomial, by, divisor) {
                     polynomial = shorter;
                     changed = true;
                 }
             }
         }
         if (2..=WIDE).contains(&polynomial.len()) {
-            let atoms = polynomial.keys().flat_map(|m| network.monomials.atoms(*m));
+            let atoms = polynomial.monomials().flat_map(|m| network.monomials.atoms(m));
             if let Some(rarest) = atoms.min_by_key(|a| (frequency.get(a), **a)) {
                 divisors.entry(*rarest).or_default().push(atom);
             }
@@ -56,47 +57,52 @@ pub fn resubstitute(network: &mut Network) -> bool {
 }
 
 /// p written as quotient · divisor + rest, if that is shorter.
-fn divide(network: &mut Network, p: &Polynomial, by: &Polynomial, divisor: Atom) -> Option<Polynomial> {
+fn divide(
+    monomials: &mut Monomials,
+    p: &Polynomial,
+    by: &Polynomial,
+    divisor: Atom,
+) -> Option<Polynomial> {
     if by.len() > p.len() {
         return None;
     }
-    let mut quotient: Option<BTreeMap<Vec<Atom>, Exact>> = None;
-    for (m, c) in by {
-        let mut candidates = BTreeMap::new();
-        for (n, d) in p {
-            let rest = network.monomials.quotient(network.monomials.atoms(*n), network.monomials.atoms(*m));
-            if let Some(rest) = rest {
+    let mut quotient: Option<Vec<(Vec<Atom>, Exact)>> = None;
+    for (m, c) in by.terms() {
+        let mut found = Vec::new();
+        for (n, d) in p.terms() {
+            if let Some(rest) = monomials.quotient(monomials.atoms(*n), monomials.atoms(*m)) {
                 let value = if c.is_one() { d.clone() } else { d * &c.recip() };
-                let agrees = quotient.as_ref().is_none_or(|q| q.get(&rest) == Some(&value));
-                if agrees {
-                    candidates.insert(rest, value);
+                let term = (rest, value);
+                if quotient.as_ref().is_none_or(|q| q.contains(&term)) {
+                    found.push(term);
                 }
             }
         }
-        if candidates.is_empty() {
+        if found.is_empty() {
             return None;
         }
-        quotient = Some(candidates);
+        quotient = Some(found);
     }
-    let quotient = quotient?;
+    let mut quotient = quotient?;
+    quotient.sort();
     let mut rest = p.clone();
     for (atoms, q) in &quotient {
-        for (m, c) in by {
+        for (m, c) in by.terms() {
             let mut product = atoms.clone();
-            product.extend_from_slice(network.monomials.atoms(*m));
-            let monomial = network.monomials.intern(product);
-            add_term(&mut rest, monomial, &-(q * c));
+            product.extend_from_slice(monomials.atoms(*m));
+            let monomial = monomials.intern(&mut product);
+            rest.add(monomial, &-(q * c));
         }
     }
     for (mut atoms, q) in quotient {
         atoms.push(divisor);
-        let monomial = network.monomials.intern(atoms);
-        add_term(&mut rest, monomial, &q);
+        let monomial = monomials.intern(&mut atoms);
+        rest.add(monomial, &q);
     }
-    (cost(network, &rest) < cost(network, p)).then_some(rest)
+    (cost(monomials, &rest) < cost(monomials, p)).then_some(rest)
 }
 
-fn cost(network: &Network, polynomial: &Polynomial) -> i64 {
-    let degree = |m: &Monomial| network.monomials.degree(*m);
-    polynomial.len() as i64 + polynomial.iter().map(|(m, c)| term_cost(degree(m), c)).sum::<i64>()
+fn cost(monomials: &Monomials, polynomial: &Polynomial) -> i64 {
+    let terms = polynomial.terms().iter();
+    polynomial.len() as i64 + terms.map(|(m, c)| term_cost(monomials.degree(*m), c)).sum::<i64>()
 }

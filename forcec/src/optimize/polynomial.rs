@@ -1,0 +1,126 @@
+//! Sums of signed products of atoms: the values that factoring rewrites.
+//!
+//! A product is interned and known by its number; a sum is a short sorted list, so that equal sums are equal values.
+
+use crate::exact::Exact;
+use indexmap::IndexSet;
+use rustc_hash::FxBuildHasher;
+
+/// A value of the network.
+pub type Atom = u32;
+
+/// An interned product of atoms.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Monomial(u32);
+
+/// Products of atoms, each sorted, a power repeated; the empty one is 1.
+#[derive(Clone, Default)]
+pub struct Monomials(IndexSet<Box<[Atom]>, FxBuildHasher>);
+
+impl Monomials {
+    /// The id of a product; the atoms need not be sorted.
+    pub fn intern(&mut self, atoms: &mut [Atom]) -> Monomial {
+        atoms.sort_unstable();
+        let found = self.0.get_index_of(&*atoms);
+        Monomial(found.unwrap_or_else(|| self.0.insert_full((&*atoms).into()).0) as u32)
+    }
+
+    /// The atoms of a product.
+    pub fn atoms(&self, monomial: Monomial) -> &[Atom] {
+        &self.0[monomial.0 as usize]
+    }
+
+    /// Number of atoms.
+    pub fn degree(&self, monomial: Monomial) -> usize {
+        self.atoms(monomial).len()
+    }
+
+    /// a / b, if b divides a.
+    pub fn quotient(&self, a: &[Atom], b: &[Atom]) -> Option<Vec<Atom>> {
+        let mut rest = Vec::with_capacity(a.len() + 1);
+        let mut j = 0;
+        for &atom in a {
+            if j < b.len() && b[j] == atom {
+                j += 1;
+            } else {
+                rest.push(atom);
+            }
+        }
+        (j == b.len()).then_some(rest)
+    }
+}
+
+/// Terms by product; coefficients are never zero.
+#[derive(Clone, Default, PartialEq, Eq, Hash, Debug)]
+pub struct Polynomial(Vec<(Monomial, Exact)>);
+
+impl Polynomial {
+    /// Nothing: 0.
+    pub fn new() -> Polynomial {
+        Polynomial::default()
+    }
+
+    /// Its terms in order.
+    pub fn terms(&self) -> &[(Monomial, Exact)] {
+        &self.0
+    }
+
+    /// Number of terms.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether it is 0.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The products of its terms, in order.
+    pub fn monomials(&self) -> impl Iterator<Item = Monomial> + Clone {
+        self.0.iter().map(|(monomial, _)| *monomial)
+    }
+
+    /// The coefficient of a product, if it occurs.
+    pub fn get(&self, monomial: Monomial) -> Option<&Exact> {
+        self.place(monomial).ok().map(|i| &self.0[i].1)
+    }
+
+    /// Takes a term out.
+    pub fn remove(&mut self, monomial: Monomial) -> Option<Exact> {
+        self.place(monomial).ok().map(|i| self.0.remove(i).1)
+    }
+
+    /// Adds a term.
+    pub fn add(&mut self, monomial: Monomial, coefficient: &Exact) {
+        match self.place(monomial) {
+            Ok(i) => {
+                let sum = &self.0[i].1 + coefficient;
+                if sum.is_zero() {
+                    self.0.remove(i);
+                } else {
+                    self.0[i].1 = sum;
+                }
+            }
+            Err(i) => self.0.insert(i, (monomial, coefficient.clone())),
+        }
+    }
+
+    /// Its opposite.
+    pub fn negated(&self) -> Polynomial {
+        Polynomial(self.0.iter().map(|(monomial, c)| (*monomial, -c)).collect())
+    }
+
+    fn place(&self, monomial: Monomial) -> Result<usize, usize> {
+        self.0.binary_search_by_key(&monomial, |(m, _)| *m)
+    }
+}
+
+impl<const N: usize> From<[(Monomial, Exact); N]> for Polynomial {
+    fn from(terms: [(Monomial, Exact); N]) -> Polynomial {
+        let mut polynomial = Polynomial(Vec::with_capacity(N));
+        for (monomial, coefficient) in &terms {
+            polynomial.add(*monomial, coefficient);
+        }
+        polynomial
+    }
+}
