@@ -25,8 +25,9 @@ pub fn lower(derived: Derived) -> Program {
         lie: derived.lie,
         scalar: scalar::Graph::default(),
         lowered: FxHashMap::default(),
-        journal: Vec::new(),
         dense: FxHashMap::default(),
+        journal: Vec::new(),
+        ways: FxHashMap::default(),
         shared,
     };
     let freedoms = signature.freedoms();
@@ -74,13 +75,20 @@ enum Lowered {
     Vector([Id; 3]),
 }
 
+enum Added {
+    Lowered(u32),
+    Dense(Vector, Variable),
+}
+
 struct Lowering {
     lie: Lie,
     scalar: scalar::Graph,
     lowered: FxHashMap<u32, Lowered>,
-    /// Keys of `lowered` in the order they were added, so that an attempt can be undone.
-    journal: Vec<u32>,
     dense: FxHashMap<(Vector, Variable), Dense>,
+    /// What was added to `lowered` and to `dense`, in order, so that an attempt can be undone.
+    journal: Vec<Added>,
+    /// The way that was best for a derivative when it was first asked for.
+    ways: FxHashMap<(Vector, Variable), Way>,
     shared: BTreeSet<Slot>,
 }
 
@@ -130,7 +138,7 @@ impl Lowering {
                 }
             }
             self.lowered.insert(index, lowered);
-            self.journal.push(index);
+            self.journal.push(Added::Lowered(index));
         }
     }
 
@@ -372,37 +380,51 @@ impl Lowering {
             Node::VectorLet(inner) => inner,
             _ => core,
         };
-        let mut ways = vec![Way::Normal];
-        match self.lie.graph.node(core.index()) {
-            Node::VectorSum(terms) if terms.len() > 1 => ways.push(Way::Parts),
-            Node::Cross(..) => {
-                ways.extend(
-                    [(true, false), (false, true), (true, true), (false, false)]
-                        .map(|(p, q)| Way::Cross(p, q)),
-                );
+        let way = match self.ways.get(&(core, variable)) {
+            Some(way) => *way,
+            None => {
+                let way = self.cheapest(core, variable);
+                self.ways.insert((core, variable), way);
+                way
             }
-            _ => {}
-        }
-        let mut best = (usize::MAX, Way::Normal);
-        if ways.len() > 1 {
-            for &way in &ways {
-                let (nodes, journal, dense) = (self.scalar.len(), self.journal.len(), self.dense.clone());
-                self.lower_block(core, variable, way);
-                let cost = (nodes..self.scalar.len()).map(|i| self.scalar.cost(Id(i as u32)).total()).sum();
-                if cost < best.0 {
-                    best = (cost, way);
-                }
-                self.scalar.truncate(nodes);
-                for key in self.journal.drain(journal..) {
-                    self.lowered.remove(&key);
-                }
-                self.dense = dense;
-            }
-        }
-        let dense = self.lower_block(core, variable, best.1);
+        };
+        let dense = self.lower_block(core, variable, way);
         let dense = dense.map(|row| row.map(|id| self.scalar.scaled(coefficient.clone(), id)));
         self.dense.insert((vector, variable), dense);
+        self.journal.push(Added::Dense(vector, variable));
         dense
+    }
+
+    /// Tries the ways there are to lower D of a vector, each on what exists already.
+    fn cheapest(&mut self, vector: Vector, variable: Variable) -> Way {
+        const CROSS: [Way; 5] = [
+            Way::Normal,
+            Way::Cross(true, false),
+            Way::Cross(false, true),
+            Way::Cross(true, true),
+            Way::Cross(false, false),
+        ];
+        let ways: &[Way] = match self.lie.graph.node(vector.index()) {
+            Node::VectorSum(terms) if terms.len() > 1 => &[Way::Normal, Way::Parts],
+            Node::Cross(..) => &CROSS,
+            _ => return Way::Normal,
+        };
+        let cost = |way: &Way| {
+            let (nodes, journal) = (self.scalar.len(), self.journal.len());
+            self.lower_block(vector, variable, *way);
+            let cost = (nodes..self.scalar.len()).map(|i| self.scalar.cost(Id(i as u32)).total()).sum();
+            self.scalar.truncate(nodes);
+            for added in self.journal.drain(journal..) {
+                match added {
+                    Added::Lowered(index) => drop(self.lowered.remove(&index)),
+                    Added::Dense(vector, variable) => drop(self.dense.remove(&(vector, variable))),
+                }
+            }
+            cost
+        };
+        let costs: Vec<usize> = ways.iter().map(cost).collect();
+        let best = (0..ways.len()).min_by_key(|i| costs[*i]).expect("there is a way");
+        ways[best]
     }
 
     fn lower_block(&mut self, vector: Vector, variable: Variable, way: Way) -> Dense {
