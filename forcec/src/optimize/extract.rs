@@ -7,6 +7,7 @@
 use super::network::{Network, Value};
 use super::polynomial::{Atom, Monomial, Polynomial};
 use crate::exact::Exact;
+use smallvec::SmallVec;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -20,25 +21,47 @@ struct Divisor {
 }
 
 /// A place where a divisor could serve: two terms of a sum, and what writing them with it would save.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Use {
     user: Atom,
-    first: Monomial,
-    second: Monomial,
+    /// The terms in the order of the sum.
+    terms: [Monomial; 2],
+    /// Whether the second one is the divisor's first.
+    swapped: bool,
     saving: i32,
 }
 
 #[derive(Default)]
 struct Candidate {
-    /// A user's uses stand together.
-    uses: Vec<Use>,
+    /// In order, so that a user's uses stand together.
+    uses: SmallVec<[Use; 1]>,
     rank: Rank,
 }
 
 #[derive(Default)]
 struct Pair {
-    /// The products of sums that hold both factors, a user's uses together.
-    uses: Vec<(Atom, Monomial)>,
+    /// The products of sums that hold both factors, in order.
+    uses: SmallVec<[(Atom, Monomial); 2]>,
     rank: Rank,
+}
+
+/// Whether a place enters a table or leaves it.
+#[derive(Clone, Copy)]
+enum Step {
+    Enter,
+    Leave,
+}
+
+impl Step {
+    /// Enters or takes out an element of a sorted list; whether that changed it.
+    fn apply<A: smallvec::Array<Item: Ord>>(self, list: &mut SmallVec<A>, element: A::Item) -> bool {
+        match (self, list.binary_search(&element)) {
+            (Step::Enter, Err(i)) => list.insert(i, element),
+            (Step::Leave, Ok(i)) => drop(list.remove(i)),
+            _ => return false,
+        }
+        true
+    }
 }
 
 /// What the next to take is chosen by, packed into a number: the saving, then the number of places, then the simpler
@@ -62,22 +85,13 @@ fn ranked(rank: Rank) -> (bool, u32) {
     (rank >> 32 & 1 == 0, !(rank as u32))
 }
 
-/// The numbers of the divisors and of the pairs that one sum offers.
-#[derive(Default)]
-struct Offers {
-    divisors: Vec<u32>,
-    pairs: Vec<u32>,
-}
-
 struct Extraction<'n> {
     network: &'n mut Network,
     divisors: indexmap::IndexMap<Divisor, Candidate, rustc_hash::FxBuildHasher>,
     pairs: indexmap::IndexMap<(Atom, Atom), Pair, rustc_hash::FxBuildHasher>,
-    /// What each atom offers.
-    offers: Vec<Offers>,
     heap: BinaryHeap<Rank>,
-    /// Candidates whose uses have changed since they were scored.
-    changed: Offers,
+    /// The divisors and the pairs whose uses have changed since they were scored.
+    changed: [Vec<u32>; 2],
     /// Of the divisor that is being told apart: the factors that only one of its terms has.
     only: [Vec<Atom>; 2],
 }
@@ -89,9 +103,8 @@ pub fn extract(network: &mut Network, steps: usize) {
         network,
         divisors: Default::default(),
         pairs: Default::default(),
-        offers: Vec::new(),
         heap: BinaryHeap::new(),
-        changed: Offers::default(),
+        changed: Default::default(),
         only: Default::default(),
     };
     for atom in extraction.network.order() {
@@ -134,46 +147,56 @@ impl Extraction<'_> {
     /// Enters a sum into the tables.
     fn index(&mut self, atom: Atom) {
         let Value::Sum(polynomial) = &mut self.network.values[atom as usize] else { return };
-        let polynomial = std::mem::take(polynomial);
-        let mut offers = Offers::default();
-        for (i, (m, c)) in polynomial.terms().iter().enumerate() {
-            for (n, d) in &polynomial.terms()[i + 1..] {
-                let (divisor, place) = self.divisor(atom, (*m, c), (*n, d));
-                let entry = self.divisors.entry(divisor);
-                offers.divisors.push(entry.index() as u32);
-                entry.or_default().uses.push(place);
+        let whole = std::mem::take(polynomial);
+        let mut polynomial = Polynomial::new();
+        for (monomial, coefficient) in whole.terms() {
+            self.step(Step::Enter, atom, &polynomial, *monomial, coefficient);
+            polynomial.add(*monomial, coefficient);
+        }
+        self.network.values[atom as usize] = Value::Sum(polynomial);
+    }
+
+    /// What a term offers beside those of a sum enters the tables or leaves them.
+    fn step(&mut self, step: Step, atom: Atom, beside: &Polynomial, m: Monomial, c: &Exact) {
+        for (n, d) in beside.terms() {
+            let (divisor, place) = if m < *n {
+                self.divisor(atom, (m, c), (*n, d))
+            } else {
+                self.divisor(atom, (*n, d), (m, c))
+            };
+            let entry = self.divisors.entry(divisor);
+            let number = entry.index() as u32;
+            if step.apply(&mut entry.or_default().uses, place) {
+                self.changed[0].push(number);
             }
-            let atoms = self.network.monomials.atoms(*m);
-            for (j, &x) in atoms.iter().enumerate() {
-                for &y in &atoms[j + 1..] {
-                    let entry = self.pairs.entry((x, y));
-                    offers.pairs.push(entry.index() as u32);
-                    let uses = &mut entry.or_default().uses;
-                    if uses.last() != Some(&(atom, *m)) {
-                        uses.push((atom, *m));
-                    }
+        }
+        let atoms = self.network.monomials.atoms(m);
+        for (j, &x) in atoms.iter().enumerate() {
+            for &y in &atoms[j + 1..] {
+                let entry = self.pairs.entry((x, y));
+                let number = entry.index() as u32;
+                if step.apply(&mut entry.or_default().uses, (atom, m)) {
+                    self.changed[1].push(number);
                 }
             }
         }
-        self.network.values[atom as usize] = Value::Sum(polynomial);
-        self.changed.divisors.extend(&offers.divisors);
-        self.changed.pairs.extend(&offers.pairs);
-        if self.offers.len() <= atom as usize {
-            self.offers.resize_with(self.network.values.len(), Offers::default);
-        }
-        self.offers[atom as usize] = offers;
     }
 
-    fn unindex(&mut self, atom: Atom) {
-        let Some(offers) = self.offers.get_mut(atom as usize).map(std::mem::take) else { return };
-        for &number in &offers.divisors {
-            self.divisors[number as usize].uses.retain(|place| place.user != atom);
+    fn add_term(&mut self, atom: Atom, polynomial: &mut Polynomial, m: Monomial, c: &Exact) {
+        let c = match self.remove_term(atom, polynomial, m) {
+            Some(before) => &before + c,
+            None => c.clone(),
+        };
+        if !c.is_zero() {
+            self.step(Step::Enter, atom, polynomial, m, &c);
+            polynomial.add(m, &c);
         }
-        for &number in &offers.pairs {
-            self.pairs[number as usize].uses.retain(|(user, _)| *user != atom);
-        }
-        self.changed.divisors.extend(offers.divisors);
-        self.changed.pairs.extend(offers.pairs);
+    }
+
+    fn remove_term(&mut self, atom: Atom, polynomial: &mut Polynomial, m: Monomial) -> Option<Exact> {
+        let c = polynomial.remove(m)?;
+        self.step(Step::Leave, atom, polynomial, m, &c);
+        Some(c)
     }
 
     /// The divisor of two terms of a sum, and the place it has there.
@@ -183,6 +206,7 @@ impl Extraction<'_> {
         (m, c): (Monomial, &Exact),
         (n, d): (Monomial, &Exact),
     ) -> (Divisor, Use) {
+        let terms = [m, n];
         let monomials = &mut self.network.monomials;
         let (a, b) = (monomials.atoms(m), monomials.atoms(n));
         let before = term_cost(a.len(), c) + term_cost(b.len(), d) + 1;
@@ -195,17 +219,17 @@ impl Extraction<'_> {
             if swapped { ((second, n, d), (first, m, c)) } else { ((first, m, c), (second, n, d)) };
         let ratio = if c.is_one() { d.clone() } else { d * &c.recip() };
         let saving = (before - common as i64 - i64::from(!c.is_unit())) as i32;
-        (Divisor { first, second, ratio }, Use { user, first: m, second: n, saving })
+        (Divisor { first, second, ratio }, Use { user, terms, swapped, saving })
     }
 
     /// Scores what has changed.
     fn score(&mut self) {
-        let mut changed = std::mem::take(&mut self.changed);
-        for numbers in [&mut changed.divisors, &mut changed.pairs] {
+        let [mut divisors, mut pairs] = std::mem::take(&mut self.changed);
+        for numbers in [&mut divisors, &mut pairs] {
             numbers.sort_unstable();
             numbers.dedup();
         }
-        for number in changed.divisors.drain(..) {
+        for number in divisors.drain(..) {
             let (saving, places) = self.saving(number);
             let (divisor, candidate) =
                 self.divisors.get_index_mut(number as usize).expect("numbers are positions");
@@ -219,7 +243,7 @@ impl Extraction<'_> {
                 self.heap.push(now);
             }
         }
-        for number in changed.pairs.drain(..) {
+        for number in pairs.drain(..) {
             let pair = &mut self.pairs[number as usize];
             let saving = pair.uses.len() as i64 - 1;
             let now = if saving > 0 { rank(saving, 0, 0, true, number) } else { 0 };
@@ -227,7 +251,7 @@ impl Extraction<'_> {
                 self.heap.push(now);
             }
         }
-        self.changed = changed;
+        self.changed = [divisors, pairs];
     }
 
     /// The exact saving of a divisor and the number of places it serves.
@@ -238,10 +262,10 @@ impl Extraction<'_> {
         let mut served: Vec<Monomial> = Vec::new();
         let mut uses = candidate.uses.iter().peekable();
         while let Some(place) = uses.next() {
-            if !served.contains(&place.first) && !served.contains(&place.second) {
+            if !place.terms.iter().any(|term| served.contains(term)) {
                 saving += i64::from(place.saving);
                 places += 1;
-                served.extend([place.first, place.second]);
+                served.extend(place.terms);
             }
             if uses.peek().is_none_or(|next| next.user != place.user) {
                 served.clear();
@@ -255,18 +279,12 @@ impl Extraction<'_> {
         (saving - own as i64, places)
     }
 
-    /// Takes a sum out to be rewritten; [`Extraction::put`] enters it again.
+    /// Takes a sum out to be rewritten.
     fn take(&mut self, atom: Atom) -> Polynomial {
-        self.unindex(atom);
-        match std::mem::replace(&mut self.network.values[atom as usize], Value::Dead) {
-            Value::Sum(polynomial) => polynomial,
+        match &mut self.network.values[atom as usize] {
+            Value::Sum(polynomial) => std::mem::take(polynomial),
             _ => unreachable!("users are sums"),
         }
-    }
-
-    fn put(&mut self, atom: Atom, polynomial: Polynomial) {
-        self.network.values[atom as usize] = Value::Sum(polynomial);
-        self.index(atom);
     }
 
     /// Defines a value, or finds the user that is this value already, up to sign.
@@ -285,9 +303,7 @@ impl Extraction<'_> {
         let (divisor, candidate) =
             self.divisors.get_index_mut(number as usize).expect("numbers are positions");
         let divisor = divisor.clone();
-        let mut uses = std::mem::take(&mut candidate.uses);
-        uses.sort_by_key(|place| place.user);
-        self.changed.divisors.push(number);
+        let uses = candidate.uses.clone();
         let definition = Polynomial::from([(divisor.first, Exact::ONE), (divisor.second, divisor.ratio)]);
         let (target, negative, existed) = self.define(definition, uses.iter().map(|place| place.user));
         for uses in uses.chunk_by(|a, b| a.user == b.user) {
@@ -297,20 +313,23 @@ impl Extraction<'_> {
             }
             let mut polynomial = self.take(user);
             for place in uses {
-                if polynomial.get(place.first).is_none() || polynomial.get(place.second).is_none() {
+                if place.terms.iter().any(|term| polynomial.get(*term).is_none()) {
                     continue;
                 }
-                let coefficient = polynomial.remove(place.first).expect("just seen");
-                polynomial.remove(place.second);
+                let [first, second] =
+                    if place.swapped { [place.terms[1], place.terms[0]] } else { place.terms };
+                let coefficient = self.remove_term(user, &mut polynomial, first).expect("just seen");
+                self.remove_term(user, &mut polynomial, second);
                 let monomials = &mut self.network.monomials;
                 let mut atoms = monomials
-                    .quotient(monomials.atoms(place.first), monomials.atoms(divisor.first))
+                    .quotient(monomials.atoms(first), monomials.atoms(divisor.first))
                     .expect("a use is a multiple");
                 atoms.push(target);
                 let monomial = monomials.intern(&mut atoms);
-                polynomial.add(monomial, &if negative { -coefficient } else { coefficient });
+                let coefficient = if negative { -coefficient } else { coefficient };
+                self.add_term(user, &mut polynomial, monomial, &coefficient);
             }
-            self.put(user, polynomial);
+            self.network.values[user as usize] = Value::Sum(polynomial);
         }
         if !existed {
             self.index(target);
@@ -319,9 +338,7 @@ impl Extraction<'_> {
 
     fn take_pair(&mut self, number: u32) {
         let (&(x, y), pair) = self.pairs.get_index_mut(number as usize).expect("numbers are positions");
-        let mut uses = std::mem::take(&mut pair.uses);
-        uses.sort_by_key(|(user, _)| *user);
-        self.changed.pairs.push(number);
+        let uses = pair.uses.clone();
         let both = [x.min(y), x.max(y)];
         let product = self.network.monomials.intern(&mut both.clone());
         let definition = Polynomial::from([(product, Exact::ONE)]);
@@ -333,7 +350,7 @@ impl Extraction<'_> {
             }
             let mut polynomial = self.take(user);
             for &(_, monomial) in uses {
-                let Some(mut coefficient) = polynomial.remove(monomial) else { continue };
+                let Some(mut coefficient) = self.remove_term(user, &mut polynomial, monomial) else { continue };
                 let monomials = &mut self.network.monomials;
                 let mut atoms = monomials.atoms(monomial).to_vec();
                 while let Some(mut rest) = monomials.quotient(&atoms, &both) {
@@ -345,9 +362,9 @@ impl Extraction<'_> {
                     }
                 }
                 let monomial = monomials.intern(&mut atoms);
-                polynomial.add(monomial, &coefficient);
+                self.add_term(user, &mut polynomial, monomial, &coefficient);
             }
-            self.put(user, polynomial);
+            self.network.values[user as usize] = Value::Sum(polynomial);
         }
         if !existed {
             self.index(target);

@@ -397,16 +397,24 @@ impl Lowering {
 
     /// Tries the ways there are to lower D of a vector, each on what exists already.
     fn cheapest(&mut self, vector: Vector, variable: Variable) -> Way {
-        const CROSS: [Way; 5] = [
-            Way::Normal,
-            Way::Cross(true, false),
-            Way::Cross(false, true),
-            Way::Cross(true, true),
-            Way::Cross(false, false),
-        ];
-        let ways: &[Way] = match self.lie.graph.node(vector.index()) {
-            Node::VectorSum(terms) if terms.len() > 1 => &[Way::Normal, Way::Parts],
-            Node::Cross(..) => &CROSS,
+        let graph = &self.lie.graph;
+        let is_cross = |v: Vector| matches!(graph.node(v.index()), Node::Cross(..));
+        let ways: &[Way] = match *graph.node(vector.index()) {
+            Node::VectorSum(ref terms) if terms.len() > 1 && terms.iter().any(|(_, v)| is_cross(*v)) => {
+                &[Way::Normal, Way::Parts]
+            }
+            Node::Cross(u, v) => match [u, v].map(|side| self.lie.matrix(side, variable).is_zero(&self.lie.graph)) {
+                [true, true] => return Way::Normal,
+                [true, false] => &[Way::Normal, Way::Cross(true, false), Way::Cross(false, false)],
+                [false, true] => &[Way::Normal, Way::Cross(false, true), Way::Cross(false, false)],
+                [false, false] => &[
+                    Way::Normal,
+                    Way::Cross(true, false),
+                    Way::Cross(false, true),
+                    Way::Cross(true, true),
+                    Way::Cross(false, false),
+                ],
+            },
             _ => return Way::Normal,
         };
         let cost = |way: &Way| {
