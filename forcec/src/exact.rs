@@ -41,7 +41,9 @@ impl Exact {
         let (numerator, denominator) = (numerator / divisor as i128, denominator / divisor);
         match (i32::try_from(numerator), u32::try_from(denominator)) {
             (Ok(numerator), Ok(denominator)) => Exact(Repr::Small(numerator, denominator)),
-            _ => Exact(Repr::Large(Box::new(RBig::from_parts(IBig::from(numerator), UBig::from(denominator))))),
+            _ => {
+                Exact(Repr::Large(Box::new(RBig::from_parts(IBig::from(numerator), UBig::from(denominator)))))
+            }
         }
     }
 
@@ -251,10 +253,9 @@ impl Mul for &Exact {
         match (&self.0, &other.0) {
             (Repr::Small(1, 1), _) => other.clone(),
             (_, Repr::Small(1, 1)) => self.clone(),
-            (Repr::Small(a, b), Repr::Small(c, d)) => Exact::reduced(
-                i128::from(*a) * i128::from(*c),
-                u128::from(*b) * u128::from(*d),
-            ),
+            (Repr::Small(a, b), Repr::Small(c, d)) => {
+                Exact::reduced(i128::from(*a) * i128::from(*c), u128::from(*b) * u128::from(*d))
+            }
             _ => Exact::of(self.large() * other.large()),
         }
     }

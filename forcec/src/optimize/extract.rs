@@ -215,8 +215,8 @@ impl Extraction<'_> {
         let swapped = first > second;
         let (first, second) =
             if common == 0 { (m, n) } else { (monomials.intern(first), monomials.intern(second)) };
-        let ((first, m, c), (second, n, d)) =
-            if swapped { ((second, n, d), (first, m, c)) } else { ((first, m, c), (second, n, d)) };
+        let ((first, c), (second, d)) =
+            if swapped { ((second, d), (first, c)) } else { ((first, c), (second, d)) };
         let ratio = if c.is_one() { d.clone() } else { d * &c.recip() };
         let saving = (before - common as i64 - i64::from(!c.is_unit())) as i32;
         (Divisor { first, second, ratio }, Use { user, terms, swapped, saving })
@@ -350,7 +350,9 @@ impl Extraction<'_> {
             }
             let mut polynomial = self.take(user);
             for &(_, monomial) in uses {
-                let Some(mut coefficient) = self.remove_term(user, &mut polynomial, monomial) else { continue };
+                let Some(mut coefficient) = self.remove_term(user, &mut polynomial, monomial) else {
+                    continue;
+                };
                 let monomials = &mut self.network.monomials;
                 let mut atoms = monomials.atoms(monomial).to_vec();
                 while let Some(mut rest) = monomials.quotient(&atoms, &both) {

@@ -403,18 +403,20 @@ impl Lowering {
             Node::VectorSum(ref terms) if terms.len() > 1 && terms.iter().any(|(_, v)| is_cross(*v)) => {
                 &[Way::Normal, Way::Parts]
             }
-            Node::Cross(u, v) => match [u, v].map(|side| self.lie.matrix(side, variable).is_zero(&self.lie.graph)) {
-                [true, true] => return Way::Normal,
-                [true, false] => &[Way::Normal, Way::Cross(true, false), Way::Cross(false, false)],
-                [false, true] => &[Way::Normal, Way::Cross(false, true), Way::Cross(false, false)],
-                [false, false] => &[
-                    Way::Normal,
-                    Way::Cross(true, false),
-                    Way::Cross(false, true),
-                    Way::Cross(true, true),
-                    Way::Cross(false, false),
-                ],
-            },
+            Node::Cross(u, v) => {
+                match [u, v].map(|side| self.lie.matrix(side, variable).is_zero(&self.lie.graph)) {
+                    [true, true] => return Way::Normal,
+                    [true, false] => &[Way::Normal, Way::Cross(true, false), Way::Cross(false, false)],
+                    [false, true] => &[Way::Normal, Way::Cross(false, true), Way::Cross(false, false)],
+                    [false, false] => &[
+                        Way::Normal,
+                        Way::Cross(true, false),
+                        Way::Cross(false, true),
+                        Way::Cross(true, true),
+                        Way::Cross(false, false),
+                    ],
+                }
+            }
             _ => return Way::Normal,
         };
         let cost = |way: &Way| {

@@ -52,7 +52,7 @@ type Terms = Vec<(Exact, Vec<Atom>)>;
 const LONGEST_POWER: usize = 12;
 
 /// Sums of more terms are split.
-const LONGEST_SUM: usize = 24;
+const LONGEST_SUM: usize = 12;
 
 struct Reader<'p> {
     graph: &'p Graph,

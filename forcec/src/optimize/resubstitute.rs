@@ -57,12 +57,7 @@ pub fn resubstitute(network: &mut Network) -> bool {
 }
 
 /// p written as quotient · divisor + rest, if that is shorter.
-fn divide(
-    monomials: &mut Monomials,
-    p: &Polynomial,
-    by: &Polynomial,
-    divisor: Atom,
-) -> Option<Polynomial> {
+fn divide(monomials: &mut Monomials, p: &Polynomial, by: &Polynomial, divisor: Atom) -> Option<Polynomial> {
     if by.len() > p.len() {
         return None;
     }
