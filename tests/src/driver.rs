@@ -5,7 +5,8 @@
 //! likewise. Structs are filled and read as memory, so that a field out of order shows.
 
 use forcec::bodies::Signature;
-use forcec::kernel::{File, Precision};
+use forcec::identifiers::kernel_name;
+use forcec::kernel::{File, Precision, Target};
 use std::fmt::Write;
 
 /// How many reals a kernel takes.
@@ -62,7 +63,7 @@ pub fn c(file: &File, states: usize) -> String {
     let mut calls = String::new();
     for kernel in &file.kernels {
         for &precision in &file.precisions {
-            let (name, signature) = (&kernel.name, &kernel.schedule.signature);
+            let (name, signature) = (kernel_name(&kernel.name, Target::C), &kernel.schedule.signature);
             let mut declared = String::new();
             let mut taken = String::new();
             let mut arguments: Vec<String> = Vec::new();
@@ -146,9 +147,10 @@ pub fn rust(file: &File, states: usize) -> String {
     for kernel in &file.kernels {
         for &precision in &file.precisions {
             let signature = &kernel.schedule.signature;
+            let name = kernel_name(&kernel.name, Target::Rust);
             let (module, suffix) = match precision {
-                Precision::F64 => (kernel.name.clone(), ""),
-                Precision::F32 => (format!("{}_f32", kernel.name), "F32"),
+                Precision::F64 => (name, ""),
+                Precision::F32 => (format!("{name}_f32"), "F32"),
             };
             let mut filled = String::new();
             let mut arguments: Vec<String> = Vec::new();
