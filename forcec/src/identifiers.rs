@@ -114,19 +114,18 @@ pub(crate) fn spelled(name: &str, target: Target) -> String {
     if text.contains(|c: char| c.is_ascii_alphabetic()) { text } else { format!("x{text}") }
 }
 
-/// What these names are called where they stand side by side.
-fn distinct(names: &[&str], target: Target, reserved: impl Fn(&str) -> bool) -> Vec<String> {
-    let spelled: Vec<String> = names.iter().map(|name| spelled(name, target)).collect();
-    let stays = |index: usize| spelled[index] == names[index] && !reserved(names[index]);
+/// What these names are called where they stand side by side, each given as its author wrote it and as it is spelled.
+fn distinct(names: &[(&str, String)], reserved: impl Fn(&str) -> bool) -> Vec<String> {
+    let stays = |(name, spelled): &(&str, String)| name == spelled && !reserved(name);
     let mut taken: FxHashSet<String> =
-        (0..names.len()).filter(|&index| stays(index)).map(|index| spelled[index].clone()).collect();
-    let mut free = |index: usize| {
-        let stem = spelled[index].trim_end_matches('_');
+        names.iter().filter(|name| stays(name)).map(|(_, spelled)| spelled.clone()).collect();
+    let mut free = |spelled: &str| {
+        let stem = spelled.trim_end_matches('_');
         let numbers = (2..).map(|number| format!("{stem}_{number}"));
-        let mut candidates = [spelled[index].clone(), format!("{stem}_")].into_iter().chain(numbers);
+        let mut candidates = [spelled.to_owned(), format!("{stem}_")].into_iter().chain(numbers);
         candidates.find(|name| !reserved(name) && taken.insert(name.clone())).expect("numbers do not end")
     };
-    (0..names.len()).map(|index| if stays(index) { spelled[index].clone() } else { free(index) }).collect()
+    names.iter().map(|name| if stays(name) { name.1.clone() } else { free(&name.1) }).collect()
 }
 
 /// What a kernel's arguments are called in a target.
@@ -142,51 +141,67 @@ impl Arguments {
     /// The names of a signature's arguments.
     pub fn new(signature: &Signature, target: Target) -> Arguments {
         // A body that is not read gets an underscore in front in Rust, so that no other may have one there.
-        let bodies: Vec<&str> =
-            signature.bodies.iter().map(|body| body.name.trim_start_matches('_')).collect();
-        let parameters: Vec<&str> =
-            signature.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+        let bare = |name: &str| spelled(name.trim_start_matches('_'), target);
+        let bodies = signature.bodies.iter().map(|body| (body.name.as_str(), bare(&body.name)));
+        let parameters = signature.parameters.iter().map(|parameter| parameter.name.as_str());
+        let parameters = parameters.map(|name| (name, spelled(name, target)));
         Arguments {
-            bodies: distinct(&bodies, target, is_no_local),
-            parameters: distinct(&parameters, target, |name| is_no_field(name, target)),
+            bodies: distinct(&bodies.collect::<Vec<_>>(), is_no_local),
+            parameters: distinct(&parameters.collect::<Vec<_>>(), |name| is_no_field(name, target)),
         }
     }
 }
 
-/// What a kernel is called in a target, before the suffixes of C names and of single precision in Rust.
-pub fn kernel_name(name: &str, target: Target) -> String {
-    let name = spelled(name, target);
-    // In C suffixes set it apart from all words.
-    if target == Target::Rust && is_in(&name, RUST_WORDS) { format!("{name}_") } else { name }
+/// What is made of a kernel's name in a target: with `_f64`, `_params_f64`, … behind it in C, with nothing or `_f32` in
+/// Rust.
+pub fn kernel_name(kernel: &str, target: Target, suffix: &str) -> String {
+    let name = spelled(kernel, target);
+    match suffix {
+        "" if is_in(&name, RUST_WORDS) => format!("{name}_"),
+        "" => name,
+        _ => format!("{}{suffix}", name.trim_end_matches('_')),
+    }
 }
 
 /// Everything that is defined for a kernel of this name beside other kernels.
 pub(crate) fn defined_for(kernel: &str) -> Vec<(Target, String)> {
-    let [c, rust] = Target::ALL.map(|target| kernel_name(kernel, target));
-    let functions = ["", "_params", "_out"].map(|part| (Target::C, format!("{c}{part}_f64")));
-    let modules = ["", "_f32"].map(|precision| (Target::Rust, format!("{rust}{precision}")));
-    functions.into_iter().chain(modules).collect()
+    let suffixes =
+        [(Target::C, ["_f64", "_params_f64", "_out_f64"].as_slice()), (Target::Rust, &["", "_f32"])];
+    let named = |(target, suffixes): (Target, &[&'static str])| {
+        suffixes.iter().map(move |suffix| (target, kernel_name(kernel, target, suffix))).collect::<Vec<_>>()
+    };
+    suffixes.into_iter().flat_map(named).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Target, distinct, is_no_field, is_no_local, kernel_name};
+    use super::{Arguments, Target, kernel_name};
+    use crate::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature};
 
-    /// The names of fields.
     fn fields(names: &[&str], target: Target) -> Vec<String> {
-        distinct(names, target, |name| is_no_field(name, target))
+        let field = |name: &&str| Parameter {
+            name: (*name).to_owned(),
+            ty: ParameterType::Real,
+            domain: Domain::Any,
+        };
+        let parameters = names.iter().map(field).collect();
+        Arguments::new(&Signature { bodies: vec![], parameters }, target).parameters
+    }
+
+    fn bodies(names: &[&str], target: Target) -> Vec<String> {
+        let bodies = names.iter().map(|name| Body { name: (*name).to_owned(), kind: BodyKind::PARTICLE });
+        Arguments::new(&Signature { bodies: bodies.collect(), parameters: vec![] }, target).bodies
     }
 
     #[test]
     fn what_collides_gets_an_underscore_or_else_a_number() {
-        let names = ["double", "double_", "template", "params", "out", "sin", "linux", "M_PIf", "I", "M_x"];
+        let names = ["double", "double_", "template", "params", "sin", "linux", "M_PIf", "I", "M_x"];
         let expected =
-            ["double_2", "double_", "template_", "params_", "out_", "sin", "linux_", "M_PIf_", "I_"];
-        assert_eq!(fields(&names, Target::C)[..9], expected);
-        assert_eq!(fields(&names, Target::C)[9], "M_x");
-        let bodies = ["sin", "sin_", "sqrtf", "f_out_f64", "foo", "wheel", "K"];
-        let expected = ["sin_2", "sin_", "sqrtf_", "f_out_f64_", "foo_", "wheel", "K"];
-        assert_eq!(distinct(&bodies, Target::C, is_no_local), expected);
+            ["double_2", "double_", "template_", "params_", "sin", "linux_", "M_PIf_", "I_", "M_x"];
+        assert_eq!(fields(&names, Target::C), expected);
+        let names = ["sin", "sin_", "sqrtf", "f_out_f64", "foo", "wheel", "K", "_wheel"];
+        let expected = ["sin_2", "sin_", "sqrtf_", "f_out_f64_", "foo_", "wheel", "K", "wheel_"];
+        assert_eq!(bodies(&names, Target::C), expected);
     }
 
     #[test]
@@ -203,7 +218,9 @@ mod tests {
             ["k_", "k", "rest_length", "ea", "m_pi", "type_", "gen_", "d_x1_y", "_k", "_x", "stiffness"];
         assert_eq!(fields(&names, Target::Rust), expected);
         assert_eq!(fields(&["k_", "K", "k"], Target::Rust), ["k_", "k_2", "k"]);
-        assert_eq!(kernel_name("Match", Target::Rust), "match_");
-        assert_eq!(kernel_name("int", Target::Rust), "int");
+        assert_eq!(kernel_name("Match", Target::Rust, ""), "match_");
+        assert_eq!(kernel_name("Match", Target::Rust, "_f32"), "match_f32");
+        assert_eq!(kernel_name("int", Target::Rust, ""), "int");
+        assert_eq!(kernel_name("int_", Target::C, "_out_f64"), "int_out_f64");
     }
 }

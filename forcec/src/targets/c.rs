@@ -115,8 +115,13 @@ pub fn header(file: &File) -> String {
     text
 }
 
+/// A kernel's function or one of its structs.
+fn named(kernel: &Kernel, part: &str, precision: Precision) -> String {
+    kernel_name(&kernel.name, Target::C, &format!("{part}_{precision}"))
+}
+
 fn declaration(kernel: &Kernel, precision: Precision) -> String {
-    let (name, real) = (kernel_name(&kernel.name, Target::C), real(precision));
+    let real = real(precision);
     let signature = &kernel.schedule.signature;
     let mut text = String::new();
     if !signature.parameters.is_empty() {
@@ -126,7 +131,7 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
             let field = format!("{name}{}", extents(&parameter.ty));
             text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
         }
-        text.push_str(&format!("}} {name}_params_{precision};\n\n"));
+        text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
     }
     let freedoms = signature.freedoms();
     text.push_str("typedef struct {\n");
@@ -134,7 +139,7 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
         let extents = if matrix { format!("[{freedoms}][{freedoms}]") } else { format!("[{freedoms}]") };
         text.push_str(&format!("    {real} {part}{extents}; /* {} */\n", summary.replace('`', "")));
     }
-    text.push_str(&format!("}} {name}_out_{precision};\n\n"));
+    text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
     text.push_str(&comment(&kernel.docs, ""));
     text.push_str(&format!("{};\n", prototype(kernel, precision)));
     text
@@ -146,16 +151,15 @@ fn extents(ty: &ParameterType) -> String {
 
 fn prototype(kernel: &Kernel, precision: Precision) -> String {
     let signature = &kernel.schedule.signature;
-    let kernel = kernel_name(&kernel.name, Target::C);
     let mut arguments: Vec<String> = Vec::new();
     for (body, name) in signature.bodies.iter().zip(Arguments::new(signature, Target::C).bodies) {
         arguments.push(format!("const {}_{precision} *{name}", body.kind.row().c_name));
     }
     if !signature.parameters.is_empty() {
-        arguments.push(format!("const {kernel}_params_{precision} *params"));
+        arguments.push(format!("const {} *params", named(kernel, "_params", precision)));
     }
-    arguments.push(format!("{kernel}_out_{precision} *out"));
-    let head = format!("void {kernel}_{precision}(");
+    arguments.push(format!("{} *out", named(kernel, "_out", precision)));
+    let head = format!("void {}(", named(kernel, "", precision));
     let mut text = head.clone();
     let mut column = head.len();
     for (index, argument) in arguments.iter().enumerate() {

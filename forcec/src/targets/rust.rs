@@ -60,9 +60,8 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     let schedule = &kernel.schedule;
     let signature = &schedule.signature;
     let mut text = documentation(kernel);
-    let name = kernel_name(&kernel.name, Target::Rust);
     let suffix = if precision == Precision::F32 { "_f32" } else { "" };
-    text.push_str(&format!("pub mod {name}{suffix} {{\n"));
+    text.push_str(&format!("pub mod {} {{\n", kernel_name(&kernel.name, Target::Rust, suffix)));
     text.push_str(&imports(signature, precision));
     if !signature.parameters.is_empty() {
         let names = Arguments::new(signature, Target::Rust).parameters;
