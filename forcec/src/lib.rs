@@ -14,6 +14,7 @@ pub mod diagnostic;
 pub mod eval;
 pub mod exact;
 pub mod formula;
+pub mod identifiers;
 pub mod identities;
 pub mod kernel;
 pub mod number;

@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 13] = [
+const VOCABULARY: [&str; 14] = [
     "bodies",
     "definition",
     "diagnostic",
     "eval",
     "exact",
+    "identifiers",
     "identities",
     "number",
     "ops",
