@@ -59,6 +59,64 @@ fn deep_and_long_inputs() {
     assert!(survives(&format!("#[energy]\nfn f(_a: Particle, w: [Real; 5000]) -> Real {{ {sums} }}\n")));
 }
 
+/// What is too large is refused at the loop or call that makes it so, before it takes time; what is nearly so is not.
+#[test]
+fn budgets() {
+    let started = std::time::Instant::now();
+    let refused = |text: &str, place: &str| {
+        let message = compile(text).map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains(place), "{message}");
+    };
+    let energy = |body: &str| format!("#[energy]\nfn f(a: Particle, k: Real) -> Real {{ {body} }}\n");
+    for size in [12u32, 16, 24, 31] {
+        // Calls that share nothing: twice as many with every helper.
+        let helpers: String = (0..size)
+            .map(|i| format!("fn f{}(x: Real) -> Real {{ f{i}(x) * f{i}(x + {i}.5 * x.cos()) }}\n", i + 1))
+            .collect();
+        let text = format!(
+            "fn f0(x: Real) -> Real {{ x.sin() }}\n{helpers}{}",
+            energy(&format!("k * f{size}(a.position.x)"))
+        );
+        match size {
+            12 => assert!(compile(&text).is_ok()),
+            _ => refused(&text, &format!("the call of `f{size}` unrolls to more than 250000 nodes")),
+        }
+        // Calls that share almost everything.
+        let helpers: String = (0..size)
+            .map(|i| format!("fn f{}(x: Real) -> Real {{ f{i}(x) * f{i}(x + 1.0) }}\n", i + 1))
+            .collect();
+        let text = format!(
+            "fn f0(x: Real) -> Real {{ x.sin() }}\n{helpers}{}",
+            energy(&format!("k * f{size}(a.position.x)"))
+        );
+        assert!(compile(&text).is_ok());
+    }
+    let body = "{ s = (s * k + a.position.x).sin(); } s";
+    refused(
+        &energy(&format!("let mut s = k; for i in 0..9_000_000 {body}")),
+        "9000000 iterations; at most 1000000",
+    );
+    refused(
+        &energy(&format!("let mut s = k; for i in 0..900_000 {body}")),
+        "the loop over `i` unrolls to more than",
+    );
+    let nothing =
+        "let mut n = 0; for i in 0..900_000 { n = (i % 7) * (i % 5) + (i % 3); n += 1; } k * (n as Real)";
+    refused(&energy(nothing), "the loop over `i` takes more than 10000000 steps");
+    let many: String = (0..300)
+        .map(|i| {
+            energy(&format!("let mut s = k; for i in 0..900_000 {body}"))
+                .replace("fn f(", &format!("fn g{i}("))
+        })
+        .collect();
+    refused(&many, "the loop over `i` unrolls");
+    let (_, checked) =
+        compile(&energy(&format!("let mut s = k; for i in 0..40_000 {body}"))).expect("it is not too large");
+    assert!(checked.definitions[0].graph.len() > 100_000);
+    let seconds = started.elapsed().as_secs_f64();
+    assert!(seconds < 60.0, "{seconds} s");
+}
+
 #[test]
 fn odd_texts() {
     let plain = "#[energy]\nfn f(_a: Particle, x: Real) -> Real { x }\n";
