@@ -38,11 +38,12 @@ pub fn hinge_servo(
 ) -> (Wrench, Wrench) {
     let axis = a.orientation * axis_a;
     let from = a.orientation * normal_a;
+    let across = a.orientation * axis_a.cross(&normal_a);
     let to = b.orientation * normal_b;
     let rate = axis.dot(&(b.angular_velocity - a.angular_velocity));
 
     // The angle of the target seen from the present direction, so that the error never jumps by a full turn.
-    let sin_angle = axis.dot(&from.cross(&to));
+    let sin_angle = across.dot(&to);
     let cos_angle = from.dot(&to);
     let (sin_target, cos_target) = target_angle.sin_cos();
     let error = (sin_target * cos_angle - cos_target * sin_angle)

@@ -162,7 +162,7 @@ pub fn angular_spring(a: Rigid, b: Rigid, rest: Quat) -> Vec3 {
 
 /// Torsion spring with damper on a hinge: it turns one direction of `b` onto one of `a`.
 ///
-/// C = θ = atan2(n·(ua × ub), ua·ub), n = qa·axis, u = q·normal.
+/// C = θ = atan2((n × ua)·ub, ua·ub), n = qa·axis, u = q·normal.
 ///
 /// `axis_a`: the hinge's axis in the space of `a`. `normal_a`, `normal_b`: directions at right angles to the
 /// axis, each in the space of its body, that coincide when the spring is slack.
@@ -174,7 +174,7 @@ pub fn torsion_spring(a: Rigid, b: Rigid, axis_a: Vec3, normal_a: Vec3, normal_b
 
 /// Stops of a hinge: its angle stays between `lower` and `upper`.
 ///
-/// C = (θ − lower, upper − θ), θ = atan2(n·(ua × ub), ua·ub), n = qa·axis, u = q·normal. θ lies in −π … π, so
+/// C = (θ − lower, upper − θ), θ = atan2((n × ua)·ub, ua·ub), n = qa·axis, u = q·normal. θ lies in −π … π, so
 /// leave some room between a stop and ±π.
 ///
 /// `axis_a`: the hinge's axis in the space of `a`. `normal_a`, `normal_b`: directions at right angles to the
@@ -243,8 +243,8 @@ fn turn_between(a: Rigid, b: Rigid, rest: Quat) -> Vec3 {
 
 /// The angle, −π … π, from a direction of `a` to a direction of `b`, counted about an axis of `a`.
 fn hinge_angle(a: Rigid, b: Rigid, axis_a: Vec3, normal_a: Vec3, normal_b: Vec3) -> Real {
-    let axis = a.orientation * axis_a;
     let from = a.orientation * normal_a;
+    let across = a.orientation * axis_a.cross(&normal_a);
     let to = b.orientation * normal_b;
-    axis.dot(&from.cross(&to)).atan2(from.dot(&to))
+    across.dot(&to).atan2(from.dot(&to))
 }

@@ -400,10 +400,17 @@ fn check_reports_every_kernel() {
     place.write("f/spring.rs", SPRING).write("f/drag.rs", DRAG);
     assert_has(&place.succeeds("check f").out, &["drag", "spring"]);
     let json: serde_json::Value = serde_json::from_str(&place.succeeds("check f --json").out).unwrap();
-    let kernels = json.as_array().unwrap();
-    let names: Vec<&str> = kernels.iter().map(|kernel| kernel["kernel"].as_str().unwrap()).collect();
+    let kernels = json["kernels"].as_array().unwrap();
+    let names: Vec<&str> = kernels.iter().map(|kernel| kernel["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["drag", "spring"]);
     assert!(kernels.iter().all(|kernel| kernel["passed"] == true));
+    // What was not covered is part of the verdict: no state of the far family lies within the ball.
+    let ball =
+        "#[energy]\npub fn ball(p: Particle) -> Real { (1000.0 - p.position.norm_squared()).sqrt() }\n";
+    place.write("ball.rs", ball);
+    assert_has(&place.succeeds("check ball.rs").out, &["pass, far not covered"]);
+    let json: serde_json::Value = serde_json::from_str(&place.succeeds("check ball.rs --json").out).unwrap();
+    assert_eq!(json["kernels"][0]["not_covered"], serde_json::json!(["far"]));
 }
 
 #[test]

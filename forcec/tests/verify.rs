@@ -509,6 +509,46 @@ fn stiff_kernels_raise_no_false_alarm() {
     }
 }
 
+/// A kernel from the text of its function, by the whole pipeline, and what the check says of it.
+fn checked(text: &str) -> Report {
+    let source = forcec::span::Source::new("force.rs", text);
+    let compiled = forcec::compile::compile(&source, &|_| true).unwrap_or_else(|errors| panic!("{errors}"));
+    let function = &compiled.functions[0];
+    let subject = Subject { source: &function.source, program: &function.program };
+    verify::check(&subject, &CheckOptions::default())
+}
+
+/// A cosine of 10¹¹ and more, whose argument is off by more than its period: differences over whole periods agree
+/// with each other and with nothing else. They are unresolved, and do not contradict a kernel that is right.
+#[test]
+fn differences_know_periods() {
+    for body in
+        ["(k * k * p.position.x).cos()", "(1e11 * k * p.position.x).sin()", "(1e9 * p.position.x).tan()"]
+    {
+        let report =
+            checked(&format!("#[force]\nfn wave(p: Particle, k: Real) -> Vec3 {{ p.position * {body} }}\n"));
+        assert!(report.passed && report.differences.disagree == 0, "{body}\n{}", report.table());
+        assert!(report.differences.agree > 100, "{body}\n{}", report.table());
+    }
+    let wave =
+        "#[force]\nfn wave(p: Particle, k: Real) -> Vec3 { p.position * (1e11 * k * p.position.x).sin() }\n";
+    assert!(checked(wave).differences.unresolved > 100);
+}
+
+/// Where rounding may reach the largest entry, agreement says nothing: no figure is shown, and the verdict says so.
+#[test]
+fn what_rounding_hides_is_not_covered() {
+    let lets: String = (1..=60).map(|k| format!("let x{k} = x{0} * x{0}.sin();\n", k - 1)).collect();
+    let text =
+        format!("#[energy]\nfn nested(p: Particle) -> Real {{\nlet x0 = p.position.x;\n{lets}x60\n}}\n");
+    let report = checked(&text);
+    assert!(report.passed, "{}", report.table());
+    assert_eq!(report.not_covered(), [Family::Far]);
+    let table = report.table();
+    assert!(table.contains("pass, far not covered") && !table.contains("inf"), "{table}");
+    assert!(report.json().contains("\"not_covered\": [\"far\"]") && !report.json().contains("inf"));
+}
+
 /// Every force file of the repository, compiled by the whole pipeline, at a few states each.
 #[test]
 fn the_library_passes() {

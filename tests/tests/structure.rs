@@ -48,9 +48,6 @@ const EXCEPTIONS: [(&str, &str); 0] = [];
 /// Lines a file may have.
 const LONGEST: usize = 700;
 
-/// Files that are longer, and by how much at most.
-const LONG: [(&str, usize); 1] = [("vector.rs", 1100)];
-
 fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../forcec/src")
 }
@@ -198,11 +195,10 @@ fn every_listed_import_is_used() {
 #[test]
 fn files_are_short_and_say_what_they_do() {
     for (file, text) in files() {
-        let limit = LONG.iter().find(|(name, _)| *name == file).map_or(LONGEST, |(_, lines)| *lines);
         let lines = text.lines().count();
         assert!(
-            lines <= limit,
-            "forcec/src/{file} has {lines} lines; more than {limit} are too many to read"
+            lines <= LONGEST,
+            "forcec/src/{file} has {lines} lines; more than {LONGEST} are too many to read"
         );
         assert!(text.starts_with("//! "), "forcec/src/{file} does not begin with what it takes and returns");
     }

@@ -16,10 +16,12 @@ use crate::vector::{Graph, Real, Truth};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
-/// Nodes of a graph.
-pub(crate) const MOST_NODES: usize = 10_000_000;
-/// Steps of elaboration: expressions evaluated and leaves copied.
-pub(crate) const MOST_STEPS: u64 = 20_000_000;
+/// Nodes of a graph. Those of the kernel are some ten times as many.
+pub(crate) const MOST_NODES: usize = 250_000;
+/// Steps of elaboration: expressions evaluated and leaves copied. About a second.
+pub(crate) const MOST_STEPS: u64 = 10_000_000;
+/// Iterations of loops within loops.
+pub(crate) const MOST_ITERATIONS: u64 = 1_000_000;
 /// Expressions within expressions, through calls.
 const DEEPEST: usize = 60_000;
 /// Leaves of one value.

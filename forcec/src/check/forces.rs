@@ -22,6 +22,8 @@ const MOST_ARGUMENTS: usize = 1000;
 pub(crate) struct Outcome {
     pub(crate) definition: Option<Definition>,
     pub(crate) diagnostics: Vec<Diagnostic>,
+    /// How much work there was.
+    pub(crate) steps: u64,
 }
 
 /// Elaborates a force function on a graph of the given kind.
@@ -35,7 +37,7 @@ pub(crate) fn define(
     let mut diagnostics = Vec::new();
     let signature = signature(program, recursive, index, &mut diagnostics);
     let returns = returns(program, index, &mut diagnostics);
-    let Some(signature) = signature else { return Outcome { definition: None, diagnostics } };
+    let Some(signature) = signature else { return Outcome { definition: None, diagnostics, steps: 0 } };
     let mut graph = graph(signature.clone());
     let arguments = arguments(&mut graph, &signature);
     let simplifies = graph.simplifies();
@@ -45,10 +47,11 @@ pub(crate) fn define(
     }
     elaborator.purpose = Some(Purpose { name: &function.name.text, kind: function.kind });
     let value = if recursive[index] { Value::Poison } else { elaborator.body(index, arguments) };
+    let steps = elaborator.steps();
     let failed = !diagnostics.is_empty() || !elaborator.diagnostics.is_empty();
     diagnostics.append(&mut elaborator.diagnostics);
     if failed || !returns || value.is_poison() {
-        return Outcome { definition: None, diagnostics };
+        return Outcome { definition: None, diagnostics, steps };
     }
     let mut graph = elaborator.graph;
     if simplifies {
@@ -66,7 +69,7 @@ pub(crate) fn define(
     }
     let (name, docs) = (function.name.text.clone(), function.docs.clone());
     let definition = Definition { name, docs, span: function.name.span, graph, law };
-    Outcome { definition: Some(definition), diagnostics }
+    Outcome { definition: Some(definition), diagnostics, steps }
 }
 
 /// The parameters that are added to a constraint.

@@ -58,11 +58,14 @@ fn check_here(file: &File) -> Result<Checked, Diagnostics> {
     let program = typed(program, &mut diagnostics);
     check_helpers(&program, &names.recursive, &mut diagnostics);
     let mut definitions = Vec::new();
+    let mut in_vain = 0;
     for (index, function) in file.functions.iter().enumerate() {
-        if function.kind == FunctionKind::Helper {
+        // After so much work on functions that are wrong, the messages there are will do.
+        if function.kind == FunctionKind::Helper || in_vain > elaborator::MOST_STEPS / 4 {
             continue;
         }
         let outcome = forces::define(&program, &names.recursive, index, Graph::new);
+        in_vain += if outcome.definition.is_none() { outcome.steps } else { 0 };
         diagnostics.extend(outcome.diagnostics);
         definitions.extend(outcome.definition);
     }
@@ -115,11 +118,15 @@ fn typed<'a>(mut program: Program<'a>, diagnostics: &mut Vec<Diagnostic>) -> Pro
     program
 }
 
-/// Checks every helper once on arguments that stand for any, whether it is called or not.
+/// Steps for helpers that may not be called at all.
+const QUICK: u64 = 500_000;
+
+/// Checks every helper once on arguments that stand for any, whether it is called or not; as long as that is quick, for
+/// what is called is walked again.
 fn check_helpers(program: &Program<'_>, recursive: &[bool], diagnostics: &mut Vec<Diagnostic>) {
     let mut spent = 0;
     for (index, function) in program.functions.iter().enumerate() {
-        if function.kind != FunctionKind::Helper || spent > elaborator::MOST_STEPS {
+        if function.kind != FunctionKind::Helper || spent > QUICK {
             continue;
         }
         let mut elaborator = Elaborator::new(program, recursive, Graph::new(Default::default()));

@@ -1,6 +1,6 @@
 //! Blocks, `let`, assignments, loops and branches.
 
-use super::elaborator::{Elaborator, MOST_NODES, Variable};
+use super::elaborator::{Elaborator, MOST_ITERATIONS, Variable};
 use super::expressions::Condition;
 use super::matrices::Matrix3;
 use super::quaternions::Quaternion;
@@ -162,7 +162,7 @@ impl<'a> Elaborator<'a> {
         let count = end.saturating_sub(start);
         let outer = self.iterations;
         let total = outer.saturating_mul(count.max(0) as u64);
-        if total > MOST_NODES as u64 {
+        if total > MOST_ITERATIONS {
             self.exhausted = true;
             let (span, what) = match self.open.first() {
                 Some((span, what)) if outer > 1 => {
@@ -170,7 +170,7 @@ impl<'a> Elaborator<'a> {
                 }
                 _ => (repeat.span, format!("{count} iterations")),
             };
-            let label = format!("{what}; a kernel has at most {MOST_NODES} nodes");
+            let label = format!("{what}; at most {MOST_ITERATIONS} can be unrolled");
             self.error_help(
                 span,
                 "the loop is too long to unroll",

@@ -3,11 +3,12 @@
 //! In: a kernel's own force and its derivatives at a state. Out: for every entry agreement, contradiction, or neither
 //! where noise and truncation hide it. Steps run from a tenth of the state's length down; the noise is the error bound
 //! of the force over the step, the truncation what halving the step changes. An answer counts only if no finer step
-//! contradicts it, so that a structure smaller than the step raises no false alarm.
+//! contradicts it, and only over steps that no periodic function of the kernel turns through, so that a structure
+//! smaller than the step raises no false alarm.
 
 use super::layout::{Coordinate, Layout};
 use super::states::State;
-use super::tape::{Bounded, Tape};
+use super::tape::{Bounded, Run, Tape};
 use crate::bodies::Role;
 
 /// What differences say about an entry.
@@ -26,6 +27,8 @@ const RESOLVED: f64 = 1e-2;
 /// … or below this part of the largest entry of its array.
 const NEGLIGIBLE: f64 = 1e-6;
 const STEPS: i32 = 9;
+/// A step turns no angle by more than this.
+const WIDEST_PHASE: f64 = 0.5;
 
 /// One quotient and its noise.
 #[derive(Clone, Copy)]
@@ -51,7 +54,7 @@ pub(crate) fn compare(
         }
     }
     let noise: Vec<f64> = force.bounds(&state.values, &errors).iter().map(|f| f.error).collect();
-    let (_, choices) = force.values(&state.values);
+    let middle = force.values(&state.values);
     let largest = derivative.iter().map(|k| k.value.abs()).fold(0.0, f64::max);
     let mut answers = vec![Answer::Unresolved; derivative.len()];
     for (column, coordinate) in coordinates.iter().enumerate() {
@@ -61,7 +64,7 @@ pub(crate) fn compare(
         let mut levels: Vec<Vec<(Quotient, Quotient)>> = Vec::new();
         for level in 1..=STEPS {
             let h = scale * 0.1f64.powi(level);
-            let pair = [h, h / 2.0].map(|h| quotients(force, &state.values, coordinate, h, &noise, choices));
+            let pair = [h, h / 2.0].map(|h| quotients(force, &state.values, coordinate, h, &noise, &middle));
             if let [Some(coarse), Some(fine)] = pair {
                 levels.push(coarse.into_iter().zip(fine).collect());
             }
@@ -107,20 +110,24 @@ fn answer(levels: &[(Quotient, Quotient)], kernel: Bounded, largest: f64) -> Ans
     }
 }
 
-/// (F(x + h) − F(x − h))/2h, or nothing where a branch lies between.
+/// (F(x + h) − F(x − h))/2h, or nothing where a branch lies between, or where a sine, cosine or tangent goes through a
+/// good part of its period: quotients over whole periods may agree with each other and mean nothing.
 fn quotients(
     force: &Tape,
     inputs: &[f64],
     coordinate: &Coordinate,
     h: f64,
     noise: &[f64],
-    choices: u64,
+    middle: &Run,
 ) -> Option<Vec<Quotient>> {
     let (mut above, mut below) = (inputs.to_vec(), inputs.to_vec());
     let width = moved(&mut above, coordinate, h) - moved(&mut below, coordinate, -h);
-    let (high, first) = force.values(&above);
-    let (low, second) = force.values(&below);
-    if first != choices || second != choices || width <= 0.0 {
+    let (above, below) = (force.values(&above), force.values(&below));
+    let same = |end: &Run| {
+        let mut phases = end.phases.iter().zip(&middle.phases);
+        end.choices == middle.choices && phases.all(|(x, y)| (x - y).abs() <= WIDEST_PHASE || x == y)
+    };
+    if !same(&above) || !same(&below) || width <= 0.0 {
         return None;
     }
     let quotient = |((high, low), noise): ((f64, f64), &f64)| Quotient {
@@ -128,7 +135,7 @@ fn quotients(
         // The bound is that of the middle; a step may double it, and where the middle is zero it brings its own.
         noise: 4.0 * (noise + f64::EPSILON * (high.abs() + low.abs())) / width,
     };
-    Some(high.into_iter().zip(low).zip(noise).map(quotient).collect())
+    Some(above.outputs.into_iter().zip(below.outputs).zip(noise).map(quotient).collect())
 }
 
 /// Moves along a coordinate; the length of the step as doubles have it.

@@ -83,10 +83,11 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
         array,
         entries: 0,
         failures: 0,
-        relative: Family::ALL.map(|family| (family, 0.0)).to_vec(),
+        relative: Family::ALL.map(|family| (family, None)).to_vec(),
         worst: None,
         sharp: 0,
     });
+    let largest = Array::ALL.map(|_| 0.0);
     let mut checker = Checker {
         layout: &layout,
         oracle: &oracle,
@@ -94,12 +95,13 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
         force: &force,
         names: layout.signature.coordinate_names(),
         comparisons: comparisons.to_vec(),
+        largest,
         differences: Differences::default(),
         invariants: Invariants::new(),
     };
     let mut coverage: Vec<Coverage> = Vec::new();
     for family in Family::ALL {
-        let mut states = Coverage { family, checked: 0, singular: 0, active: 0 };
+        let mut states = Coverage { family, checked: 0, singular: 0, active: 0, unresolved: 0 };
         checker.family(&mut states, options.states, 0, options);
         coverage.push(states);
     }
@@ -120,6 +122,8 @@ struct Checker<'a> {
     force: &'a Tape,
     names: Vec<String>,
     comparisons: Vec<Comparison>,
+    /// The largest entry of each array at the states before.
+    largest: [f64; 3],
     differences: Differences,
     invariants: Invariants,
 }
@@ -187,14 +191,15 @@ impl<'a> Checker<'a> {
                 coverage.singular += 1;
                 continue;
             };
-            let (outputs, _) = self.tape.values(&state.values);
-            if exact.point.has_edges() && !outputs.iter().all(|x| x.is_finite()) {
+            let run = self.tape.values(&state.values);
+            if exact.point.has_edges() && !run.outputs.iter().all(|x| x.is_finite()) {
                 coverage.singular += 1;
                 continue;
             }
             coverage.checked += 1;
             coverage.active += usize::from(pushes);
-            self.state(family, index, &state, &exact, &mut random);
+            let resolved = self.state(family, index, &state, &exact, &mut random);
+            coverage.unresolved += usize::from(!resolved);
         }
     }
 
@@ -216,25 +221,39 @@ impl<'a> Checker<'a> {
         Ok(Exact { point, dfdv, dfdx, direction: Some(direction) })
     }
 
-    fn state(&mut self, family: Family, index: usize, state: &State, exact: &Exact, random: &mut Random) {
+    /// Compares at one state; whether agreement there says anything about every array.
+    fn state(
+        &mut self,
+        family: Family,
+        index: usize,
+        state: &State,
+        exact: &Exact,
+        random: &mut Random,
+    ) -> bool {
         let n = self.names.len();
         let errors = input_errors(self.layout, &state.values);
         let outputs = self.tape.bounds(&state.values, &errors);
         let (force, matrices) = outputs.split_at(n);
         let (dfdx, dfdv) = matrices.split_at(n * n);
         let column = std::slice::from_ref(&exact.point.force);
-        self.compare(Array::Force, family, state, force, column, exact.point.noise);
-        self.compare(Array::Dfdv, family, state, dfdv, &exact.dfdv.columns, exact.dfdv.noise);
+        let mut resolved = self.compare(Array::Force, family, state, force, column, exact.point.noise);
+        resolved &= self.compare(Array::Dfdv, family, state, dfdv, &exact.dfdv.columns, exact.dfdv.noise);
         let along = exact.direction.as_ref().map(|direction| self.along(direction, dfdx, &exact.dfdx));
-        match along {
+        resolved &= match along {
             None => self.compare(Array::Dfdx, family, state, dfdx, &exact.dfdx.columns, exact.dfdx.noise),
             // Where a direction shows an error, the entries name it.
-            Some(false) => match exact.point.dfdx() {
+            Some((false, _)) => match exact.point.dfdx() {
                 Ok(all) => self.compare(Array::Dfdx, family, state, dfdx, &all.columns, all.noise),
-                Err(_) => self.comparisons[Array::Dfdx as usize].failures += 1,
+                Err(_) => {
+                    self.comparisons[Array::Dfdx as usize].failures += 1;
+                    false
+                }
             },
-            Some(true) => self.comparisons[Array::Dfdx as usize].entries += n,
-        }
+            Some((true, resolved)) => {
+                self.comparisons[Array::Dfdx as usize].entries += n;
+                resolved
+            }
+        };
         for (array, coordinates, derivative) in
             [(Array::Dfdx, &self.layout.pose, dfdx), (Array::Dfdv, &self.layout.velocity, dfdv)]
         {
@@ -255,6 +274,7 @@ impl<'a> Checker<'a> {
             errors: &errors,
         };
         self.invariants.see(&seen, (index < TURNED_STATES).then_some(random));
+        resolved
     }
 
     /// The name of an entry.
@@ -266,7 +286,8 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Compares an array entry by entry; the kernel's stands row by row, the exact one column by column.
+    /// Compares an array entry by entry; the kernel's stands row by row, the exact one column by column. Whether it is
+    /// resolved: whether the tolerance leaves anything of the largest entry.
     fn compare(
         &mut self,
         array: Array,
@@ -275,13 +296,13 @@ impl<'a> Checker<'a> {
         kernel: &[Bounded],
         exact: &[Vec<Big>],
         noise: f64,
-    ) {
+    ) -> bool {
         let width = exact.len();
         let sizes = exact.iter().flatten().map(|x| x.to_f64().abs()).filter(|x| *x > noise);
         let largest = sizes.fold(0.0, f64::max);
         // 2⁻⁶⁰ of the largest stands for the truncation of the oracle's own quotients, which is far smaller.
         let slack = noise + largest * 2f64.powi(-60);
-        let mut widest = 0.0f64;
+        let (mut widest, mut furthest) = (0.0f64, 0.0f64);
         for (column, exact) in exact.iter().enumerate() {
             for (row, exact) in exact.iter().enumerate() {
                 let computed = kernel[row * width + column];
@@ -293,11 +314,7 @@ impl<'a> Checker<'a> {
                 widest = widest.max(tolerance);
                 // A kernel that returns no number has an infinite bound as well.
                 let fails = error.is_infinite() || error > tolerance;
-                let relative = match largest {
-                    _ if error <= slack => 0.0,
-                    0.0 => f64::INFINITY,
-                    largest => error / largest,
-                };
+                furthest = furthest.max(if error <= slack { 0.0 } else { error });
                 let here = ratio(error, tolerance);
                 let comparison = &self.comparisons[array as usize];
                 let is_worst = comparison.worst.as_ref().is_none_or(|worst| here > worst.ratio());
@@ -313,8 +330,6 @@ impl<'a> Checker<'a> {
                 let comparison = &mut self.comparisons[array as usize];
                 comparison.entries += 1;
                 comparison.failures += usize::from(fails);
-                let of_family = &mut comparison.relative[family as usize].1;
-                *of_family = of_family.max(relative);
                 if entry.is_some() {
                     comparison.worst = entry;
                 }
@@ -323,23 +338,37 @@ impl<'a> Checker<'a> {
         if family.is_ordinary() && widest <= SHARP * largest + slack {
             self.comparisons[array as usize].sharp += 1;
         }
+        // Where everything is zero, what is large elsewhere is the measure.
+        let measure = if largest > 0.0 { largest } else { self.largest[array as usize] };
+        self.largest[array as usize] = self.largest[array as usize].max(largest);
+        let resolved = furthest.is_finite() && widest <= measure + slack;
+        if resolved {
+            let relative = if furthest == 0.0 { 0.0 } else { furthest / measure };
+            let of_family = &mut self.comparisons[array as usize].relative[family as usize].1;
+            *of_family = Some(of_family.map_or(relative, |before| before.max(relative)));
+        }
+        resolved
     }
 
-    /// Whether ∂F/∂X along a direction is the exact one, within the tolerances of its entries.
-    fn along(&self, direction: &[f64], kernel: &[Bounded], exact: &Columns) -> bool {
+    /// Whether ∂F/∂X along a direction is the exact one, within the tolerances of its entries; whether that says
+    /// anything.
+    fn along(&self, direction: &[f64], kernel: &[Bounded], exact: &Columns) -> (bool, bool) {
         let n = direction.len();
         let column = &exact.columns[0];
         let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
         let slack = exact.noise + largest * 2f64.powi(-60);
-        column.iter().enumerate().all(|(row, exact)| {
+        let mut widest = 0.0f64;
+        let agrees = column.iter().enumerate().all(|(row, exact)| {
             let mut sum = Big::zero();
             let mut tolerance = slack;
             for (entry, t) in kernel[row * n..(row + 1) * n].iter().zip(direction) {
                 sum = sum + Big::from_f64(entry.value) * Big::from_f64(*t);
                 tolerance += entry.error * t.abs() * 1.001;
             }
+            widest = widest.max(tolerance);
             (exact.clone() - sum).to_f64().abs() <= tolerance
-        })
+        });
+        (agrees, widest <= largest.max(self.largest[Array::Dfdx as usize]) + slack)
     }
 
     fn difference(

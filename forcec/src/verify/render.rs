@@ -1,7 +1,7 @@
 //! Reports as text: a table for people, JSON for programs.
 //!
 //! In: reports. Out: one line a kernel with its worst errors, and below it, where a check fails, what failed, by how much,
-//! and the state that shows it; or one JSON array.
+//! and the state that shows it; or one JSON object.
 
 use super::report::{Comparison, Entry, Invariant, Report, Verdict};
 use super::states::Family;
@@ -61,11 +61,12 @@ pub fn table(reports: &[Report]) -> String {
         for family in report.coverage.iter().filter(|family| !family.is_covered()) {
             let _ = writeln!(
                 text,
-                "note: {}: family `{}` is not covered: {} of {} states are singular",
+                "note: {}: family `{}` is not covered: of {} states {} are singular, {} unresolved",
                 report.kernel,
                 family.family,
+                family.singular + family.checked,
                 family.singular,
-                family.singular + family.checked
+                family.unresolved
             );
         }
     }
@@ -88,18 +89,41 @@ fn size(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
 }
 
+/// `pass`, and what of it was not covered: `pass, near and far not covered`.
+fn outcome(report: &Report) -> String {
+    let names: Vec<&str> = report.not_covered().into_iter().map(short).collect();
+    match names.as_slice() {
+        _ if !report.passed => "FAIL".to_owned(),
+        [] => "pass".to_owned(),
+        [name] => format!("pass, {name} not covered"),
+        [names @ .., last] => format!("pass, {} and {last} not covered", names.join(", ")),
+    }
+}
+
+/// A family in a word.
+fn short(family: Family) -> &'static str {
+    match family {
+        Family::Rest => "rest",
+        Family::Identity => "identity",
+        Family::NearSingular => "near",
+        other => other.name(),
+    }
+}
+
 fn line(report: &Report) -> Vec<String> {
     let mut cells = vec![
         report.kernel.clone(),
-        if report.passed { "pass".to_owned() } else { "FAIL".to_owned() },
+        outcome(report),
         report.states().to_string(),
         report.singular().to_string(),
     ];
     let hard = |family| matches!(family, Family::NearSingular | Family::Far);
-    cells.extend(report.comparisons.iter().map(|c| size(c.relative(|family| !hard(family)))));
+    let told = |error: Option<f64>| error.map_or_else(|| "-".to_owned(), size);
+    cells.extend(report.comparisons.iter().map(|c| told(c.relative(|family| !hard(family)))));
+    let missing = report.not_covered();
     for family in [Family::NearSingular, Family::Far] {
-        let errors = report.comparisons.iter().map(|c| c.relative(|of| of == family));
-        cells.push(size(errors.fold(0.0, f64::max)));
+        let errors = report.comparisons.iter().filter_map(|c| c.relative(|of| of == family));
+        cells.push(told(errors.reduce(f64::max).filter(|_| !missing.contains(&family))));
     }
     let worst = |c: &Comparison| c.worst.as_ref().map_or(0.0, Entry::ratio);
     let of_bound = report.comparisons.iter().map(worst).fold(0.0, f64::max);
@@ -126,7 +150,11 @@ fn physics(invariant: &Invariant) -> String {
 }
 
 fn details(text: &mut String, report: &Report) {
-    let _ = writeln!(text, "{}: the kernel is not its source", report.kernel);
+    let what = match report.worst_failure() {
+        Some(_) => "the kernel is not its source",
+        None => "the kernel cannot be checked",
+    };
+    let _ = writeln!(text, "{}: {what}", report.kernel);
     for problem in &report.problems {
         let _ = writeln!(text, "  {problem}");
     }
@@ -169,10 +197,10 @@ fn worst(text: &mut String, entry: Option<&Entry>) {
     }
 }
 
-/// A JSON array of reports.
+/// Reports as a JSON object with one field, `kernels`.
 pub fn json(reports: &[Report]) -> String {
     let objects: Vec<String> = reports.iter().map(object).collect();
-    format!("[{}]\n", objects.join(",\n"))
+    format!("{{\"kernels\": [{}]}}\n", objects.join(",\n"))
 }
 
 fn object(report: &Report) -> String {
@@ -182,11 +210,14 @@ fn object(report: &Report) -> String {
             ("checked", c.checked.to_string()),
             ("singular", c.singular.to_string()),
             ("active", c.active.to_string()),
+            ("unresolved", c.unresolved.to_string()),
             ("covered", c.is_covered().to_string()),
         ])
     });
     let comparisons = report.comparisons.iter().map(|c| {
-        let relative: Vec<(&str, String)> = c.relative.iter().map(|(f, x)| (f.name(), number(*x))).collect();
+        let relative =
+            c.relative.iter().map(|(f, x)| (f.name(), x.map_or_else(|| "null".to_owned(), number)));
+        let relative: Vec<(&str, String)> = relative.collect();
         fields(&[
             ("array", string(c.array.name())),
             ("entries", c.entries.to_string()),
@@ -211,8 +242,9 @@ fn object(report: &Report) -> String {
         ])
     });
     fields(&[
-        ("kernel", string(&report.kernel)),
+        ("name", string(&report.kernel)),
         ("passed", report.passed.to_string()),
+        ("not_covered", array(report.not_covered().into_iter().map(|family| string(family.name())))),
         ("seed", report.seed.to_string()),
         ("problems", array(report.problems.iter().map(|p| string(p)))),
         ("states", array(coverage)),

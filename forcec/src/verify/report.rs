@@ -96,8 +96,9 @@ pub struct Comparison {
     pub entries: usize,
     /// How many of them were off by more than rounding accounts for.
     pub failures: usize,
-    /// Per family the largest error relative to the largest entry of its array.
-    pub relative: Vec<(Family, f64)>,
+    /// Per family the largest error relative to the largest entry of its array, over the states that are resolved;
+    /// `None` where none is.
+    pub relative: Vec<(Family, Option<f64>)>,
     /// The entry with the largest ratio of error to tolerance.
     pub worst: Option<Entry>,
     /// States of order one at which rounding leaves at least six digits of the array.
@@ -105,9 +106,10 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The largest relative error in some families.
-    pub fn relative(&self, families: impl Fn(Family) -> bool) -> f64 {
-        self.relative.iter().filter(|(family, _)| families(*family)).map(|(_, x)| *x).fold(0.0, f64::max)
+    /// The largest relative error in some families, if any state of theirs is resolved.
+    pub fn relative(&self, families: impl Fn(Family) -> bool) -> Option<f64> {
+        let errors = self.relative.iter().filter(|(family, _)| families(*family)).filter_map(|(_, x)| *x);
+        errors.reduce(f64::max)
     }
 }
 
@@ -173,12 +175,15 @@ pub struct Coverage {
     pub singular: usize,
     /// Of the compared ones, how many had a force that is not zero.
     pub active: usize,
+    /// Of the compared ones, at how many rounding may reach the largest entry of an array: agreement says nothing there.
+    pub unresolved: usize,
 }
 
 impl Coverage {
-    /// Whether enough of the family is regular to speak of it: a tenth.
+    /// Whether enough of the family is regular and resolved to speak of it: a tenth.
     pub fn is_covered(&self) -> bool {
-        self.checked > 0 && self.checked * 9 >= self.singular
+        let told = self.checked - self.unresolved;
+        told > 0 && told * 9 >= self.singular + self.unresolved
     }
 }
 
@@ -204,6 +209,11 @@ pub struct Report {
 }
 
 impl Report {
+    /// The families that are not covered.
+    pub fn not_covered(&self) -> Vec<Family> {
+        self.coverage.iter().filter(|c| !c.is_covered()).map(|c| c.family).collect()
+    }
+
     /// Number of states compared.
     pub fn states(&self) -> usize {
         self.coverage.iter().map(|c| c.checked).sum()

@@ -10,8 +10,10 @@ use crate::bodies::{Domain, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::scalar::{Id, Node, Program};
+use crate::special;
 use crate::vector::{Comparison, Graph};
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 
 /// Half the distance from 1 to the next double.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -52,6 +54,15 @@ enum Operation {
     And(usize, usize),
     Or(usize, usize),
     Not(usize),
+}
+
+/// What a program gives in doubles.
+pub(crate) struct Run {
+    pub(crate) outputs: Vec<f64>,
+    /// The choices of every condition and function of two branches, hashed.
+    pub(crate) choices: u64,
+    /// What every sine, cosine and tangent was taken of, in radians.
+    pub(crate) phases: Vec<f64>,
 }
 
 /// The operations that some outputs of a program need.
@@ -113,10 +124,11 @@ impl Tape {
         tape
     }
 
-    /// The outputs in doubles, and the choices of every condition and function of two branches, hashed.
-    pub(crate) fn values(&self, inputs: &[f64]) -> (Vec<f64>, u64) {
+    /// The outputs in doubles, and which way the program took to them.
+    pub(crate) fn values(&self, inputs: &[f64]) -> Run {
         let mut v: Vec<f64> = Vec::with_capacity(self.operations.len());
         let mut choices = 0xcbf2_9ce4_8422_2325u64;
+        let mut phases = Vec::new();
         let truth = |x: bool| if x { 1.0 } else { 0.0 };
         for operation in &self.operations {
             let value = match operation {
@@ -140,6 +152,7 @@ impl Tape {
                     if let Some(choice) = choice {
                         choices = (choices ^ u64::from(choice)).wrapping_mul(0x0100_0000_01b3);
                     }
+                    phases.extend(phase(*function, &x));
                     (function.row().value)(&x)
                 }
                 Operation::Select(c, x, y) => v[if v[*c] != 0.0 { *x } else { *y }],
@@ -155,7 +168,7 @@ impl Tape {
             };
             v.push(value);
         }
-        (self.outputs.iter().map(|at| v[*at]).collect(), choices)
+        Run { outputs: self.outputs.iter().map(|at| v[*at]).collect(), choices, phases }
     }
 
     /// The outputs with bounds on their errors, from inputs that may be off by this much.
@@ -237,6 +250,33 @@ impl Tape {
     }
 }
 
+/// The angle that a periodic function is taken of.
+fn phase(function: Function, x: &[f64]) -> Option<f64> {
+    match function {
+        Function::Sin | Function::Cos | Function::Tan => Some(x[0]),
+        Function::CosSqrt(_) => Some(x[0].max(0.0).sqrt()),
+        _ => None,
+    }
+}
+
+/// How far a function of a period can be off at most when its argument is off by `error`: its ends do not tell once
+/// they are a good part of a period apart. `ends` is what they say.
+fn over_a_period(function: Function, x: &[Bounded], ends: f64) -> f64 {
+    let Bounded { value, error } = x[0];
+    match function {
+        // |f″| ≤ 1 and |f| ≤ 1.
+        Function::Sin | Function::Cos => (ends + error * error).min(error).min(2.0),
+        // A pole between the ends.
+        Function::Tan if error >= FRAC_PI_2 || (value - error).tan() > (value + error).tan() => f64::INFINITY,
+        // Every order is largest at zero.
+        Function::CosSqrt(n) if (value + error).max(0.0).sqrt() - (value - error).max(0.0).sqrt() > 0.1 => {
+            let largest = special::cos_sqrt_series(u32::from(n) + 1, 1)[0].to_f64().abs();
+            ends.max(largest * error)
+        }
+        _ => ends,
+    }
+}
+
 fn holds(comparison: Comparison, x: f64, y: f64) -> bool {
     match comparison {
         Comparison::Less => x < y,
@@ -303,7 +343,8 @@ impl Partials {
         Partials { function, layout: Layout::new(&signature), graph, derivatives }
     }
 
-    /// Σ |∂f/∂xₖ| · error of xₖ, the largest over the ends of the intervals that the arguments lie in.
+    /// Σ |∂f/∂xₖ| · error of xₖ, the largest over the ends of the intervals that the arguments lie in; of what has a
+    /// period, the largest within them.
     fn through(&self, x: &[Bounded]) -> f64 {
         if x.iter().all(|x| x.error == 0.0) {
             return 0.0;
@@ -326,7 +367,7 @@ impl Partials {
             }
             worst = if f64::is_nan(change) { f64::INFINITY } else { worst.max(change) };
         }
-        worst
+        over_a_period(self.function, x, worst)
     }
 }
 

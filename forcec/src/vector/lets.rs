@@ -1,0 +1,76 @@
+//! Named intermediates.
+//!
+//! In: a value and the author's name for it. Out: the value, held by a let of that name. Promise: wherever the held
+//! expression turns up again it becomes that let. Inputs, numbers and points stay open.
+
+use super::{Graph, Node, Real, Vector};
+use crate::exact::Exact;
+
+impl Graph {
+    /// A named intermediate. Inputs and numbers stay what they are; of two names for one thing the first stays.
+    pub fn let_real(&mut self, name: &str, value: Real) -> Real {
+        let (coefficient, rest) = self.split(value);
+        if !self.simplify
+            || matches!(
+                self.at(rest),
+                Node::Constant(_) | Node::Entry(_) | Node::Let(_) | Node::Component(..)
+            )
+        {
+            return value;
+        }
+        if self.holds_point(rest) {
+            self.names.entry(rest.0).or_insert_with(|| name_of_multiple(name, &coefficient));
+            return value;
+        }
+        let held = self.real(Node::Let(rest));
+        self.held.insert(rest.0, held.0);
+        self.names.entry(held.0).or_insert_with(|| name_of_multiple(name, &coefficient));
+        self.scaled(coefficient, held)
+    }
+
+    /// A named intermediate.
+    pub fn let_vector(&mut self, name: &str, value: Vector) -> Vector {
+        let (coefficient, rest) = self.split_vector(value);
+        let plain = matches!(self.vector_at(rest), Node::Triple(_) | Node::VectorLet(_) | Node::VectorSum(_))
+            && !matches!(self.vector_at(rest), Node::VectorSum(terms) if terms.len() > 1);
+        if !self.simplify || plain {
+            return value;
+        }
+        if let Node::VectorSum(terms) = self.vector_at(rest)
+            && terms.iter().any(|(_, v)| self.point(*v).is_some())
+        {
+            // A point in the world: open for the same reason as in `holds_point`.
+            self.names.entry(rest.0).or_insert_with(|| name_of_multiple(name, &coefficient));
+            return value;
+        }
+        let held = self.vector(Node::VectorLet(rest));
+        self.held.insert(rest.0, held.0);
+        self.names.entry(held.0).or_insert_with(|| name_of_multiple(name, &coefficient));
+        self.vector_sum(vec![(coefficient, held)])
+    }
+
+    /// A parameter that is turned into the world is named after itself, so that a person recognises it.
+    pub(super) fn name_arm(&mut self, rotated: Vector, arm: Vector) {
+        let Node::Rotate(quaternion, false, _) = *self.vector_at(rotated) else { return };
+        let Node::Triple(slot) = *self.vector_at(arm) else { return };
+        if self.signature.role(quaternion).is_none() {
+            return;
+        }
+        if let Some(parameter) = self.signature.parameter(slot) {
+            let number = if slot.offset == 0 { String::new() } else { format!("_{}", slot.offset / 3) };
+            let name = format!("{}_world{number}", parameter.name);
+            self.names.entry(rotated.0).or_insert(name);
+        }
+    }
+}
+
+/// What to call x where the author's name is for a multiple of x.
+fn name_of_multiple(name: &str, coefficient: &Exact) -> String {
+    if coefficient.is_one() {
+        name.to_owned()
+    } else if (-coefficient).is_one() {
+        format!("minus_{name}")
+    } else {
+        format!("{name}_part")
+    }
+}

@@ -1,0 +1,114 @@
+//! Points, and the differences of two of them, which are pinned.
+//!
+//! In: the terms of a sum. Out: the same sum, in which points of opposite signs are paired off into nodes of their own.
+//! Promise: no pass regroups across such a node, so that far from the origin the difference of two positions is one
+//! subtraction.
+
+use super::{Graph, Node, Real, Vector, collect};
+use crate::bodies::{Role, Slot};
+use crate::exact::Exact;
+
+impl Graph {
+    /// The point a vector is: a position, or three entries of a parameter.
+    pub(super) fn point(&self, v: Vector) -> Option<Slot> {
+        match *self.vector_at(v) {
+            Node::Triple(slot) if matches!(self.signature.role(slot), None | Some(Role::Position)) => {
+                Some(slot)
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a sum has an entry of a point as a term. Such a sum is named but stays open, so that the difference of
+    /// two of them becomes a difference of the points.
+    pub(super) fn holds_point(&self, sum: Real) -> bool {
+        match self.at(sum) {
+            Node::Sum(_, terms) => terms.iter().any(|(_, term)| match *self.at(*term) {
+                Node::Component(v, _) => self.point(v).is_some(),
+                _ => false,
+            }),
+            _ => false,
+        }
+    }
+
+    pub(super) fn pin(&mut self, terms: Vec<(Exact, Vector)>) -> Vec<(Exact, Vector)> {
+        let points: Vec<(Exact, Slot)> =
+            terms.iter().filter_map(|(c, v)| self.point(*v).map(|slot| (c.clone(), slot))).collect();
+        let paired = pair_points(&points);
+        if paired.differences.is_empty() {
+            return terms;
+        }
+        let mut rest: Vec<(Exact, Vector)> =
+            terms.into_iter().filter(|(_, v)| self.point(*v).is_none()).collect();
+        for (c, first, second) in paired.differences {
+            rest.push((c, self.vector(Node::Difference(first, second))));
+        }
+        for (c, slot) in paired.rest {
+            rest.push((c, self.triple(slot)));
+        }
+        collect(rest)
+    }
+
+    /// Differences between entries of one axis of two points are pinned, as whole vectors are.
+    pub(super) fn pin_components(&mut self, terms: Vec<(Exact, Real)>) -> Vec<(Exact, Real)> {
+        for axis in 0..3 {
+            let points: Vec<(Exact, Slot)> = terms
+                .iter()
+                .filter_map(|(c, term)| match *self.at(*term) {
+                    Node::Component(v, k) if k == axis => self.point(v).map(|slot| (c.clone(), slot)),
+                    _ => None,
+                })
+                .collect();
+            let paired = pair_points(&points);
+            if paired.differences.is_empty() {
+                continue;
+            }
+            let mut rest: Vec<(Exact, Real)> = terms
+                .into_iter()
+                .filter(|(_, term)| match *self.at(*term) {
+                    Node::Component(v, k) => k != axis || self.point(v).is_none(),
+                    _ => true,
+                })
+                .collect();
+            for (c, first, second) in paired.differences {
+                let difference = self.vector(Node::Difference(first, second));
+                rest.push((c, self.real(Node::Component(difference, axis))));
+            }
+            for (c, slot) in paired.rest {
+                let point = self.vector(Node::Triple(slot));
+                rest.push((c, self.real(Node::Component(point, axis))));
+            }
+            return self.pin_components(collect(rest));
+        }
+        terms
+    }
+}
+
+/// Points of a sum, grouped into differences.
+struct Paired {
+    differences: Vec<(Exact, Slot, Slot)>,
+    rest: Vec<(Exact, Slot)>,
+}
+
+/// Groups points of opposite coefficients into pinned differences, the greater slot first so that x_b − x_a and
+/// x_a − x_b are one node. What does not cancel stays.
+fn pair_points(points: &[(Exact, Slot)]) -> Paired {
+    let mut paired = Paired { differences: Vec::new(), rest: points.to_vec() };
+    loop {
+        let opposite = |a: &Exact, b: &Exact| a.is_negative() != b.is_negative();
+        let found = (0..paired.rest.len()).find_map(|i| {
+            let (a, _) = &paired.rest[i];
+            (i + 1..paired.rest.len()).find(|&j| opposite(a, &paired.rest[j].0)).map(|j| (i, j))
+        });
+        let Some((i, j)) = found else { return paired };
+        let (a, first) = paired.rest[i].clone();
+        let (b, second) = paired.rest[j].clone();
+        let amount = if a.abs() < b.abs() { a.clone() } else { -&b };
+        let (high, low, sign) =
+            if first > second { (first, second, amount.clone()) } else { (second, first, -&amount) };
+        paired.differences.push((sign, high, low));
+        paired.rest[i].0 = &a - &amount;
+        paired.rest[j].0 = &b + &amount;
+        paired.rest.retain(|(c, _)| !c.is_zero());
+    }
+}

@@ -1,0 +1,237 @@
+//! Reals: sums with like terms collected, products with powers merged, functions, choices.
+//!
+//! In: nodes. Out: the canonical node of an operation on them; on a verbatim graph the operation as it is written.
+//! Promise: the value stays, wherever it was defined and finite; what accumulates n terms or factors stays linear in n.
+
+use super::{Graph, LONGEST_SUM, Node, Real, Truth, collect};
+use crate::bodies::Slot;
+use crate::exact::Exact;
+use crate::identities;
+use crate::ops::Function;
+use std::collections::BTreeMap;
+
+/// A product of more factors is a factor itself where it is multiplied: the derivative of a chain stays linear.
+const LONGEST_PRODUCT: usize = 8;
+
+/// Beyond this many bits a power of a number is left to the kernel.
+const CONSTANT_BITS: usize = 4096;
+
+impl Graph {
+    /// A number.
+    pub fn constant(&mut self, value: Exact) -> Real {
+        self.real(Node::Constant(value))
+    }
+
+    /// 0
+    pub fn zero(&mut self) -> Real {
+        self.constant(Exact::ZERO)
+    }
+
+    /// 1
+    pub fn one(&mut self) -> Real {
+        self.constant(Exact::ONE)
+    }
+
+    /// The number a node is, if it is one.
+    pub fn value(&self, real: Real) -> Option<&Exact> {
+        match self.at(real) {
+            Node::Constant(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Whether a node is the number 0.
+    pub fn is_zero(&self, real: Real) -> bool {
+        self.value(real).is_some_and(Exact::is_zero)
+    }
+
+    /// An entry of an argument.
+    pub fn entry(&mut self, slot: Slot) -> Real {
+        self.real(Node::Entry(slot))
+    }
+
+    /// A node as coefficient and rest: −2x is (−2, x).
+    pub fn split(&self, real: Real) -> (Exact, Real) {
+        match self.at(real) {
+            Node::Sum(constant, terms) if terms.len() == 1 && constant.is_zero() => terms[0].clone(),
+            _ => (Exact::ONE, real),
+        }
+    }
+
+    /// constant + Σ coefficient · term
+    pub fn sum(&mut self, constant: Exact, terms: Vec<(Exact, Real)>) -> Real {
+        if !self.simplify {
+            return self.real(Node::Sum(constant, terms.into()));
+        }
+        let mut constant = constant;
+        let mut flat: Vec<(Exact, Real)> = Vec::new();
+        for (coefficient, term) in terms {
+            match self.at(term) {
+                Node::Constant(value) => constant = &constant + &(&coefficient * value),
+                Node::Sum(inner, terms) if terms.len() <= LONGEST_SUM => {
+                    constant = &constant + &(&coefficient * inner);
+                    flat.extend(terms.iter().map(|(c, t)| (&coefficient * c, *t)));
+                }
+                _ => flat.push((coefficient, term)),
+            }
+        }
+        let flat = collect(flat);
+        let flat = self.pin_components(flat);
+        match (constant.is_zero(), flat.as_slice()) {
+            (_, []) => self.constant(constant),
+            (true, [(c, term)]) if c.is_one() => *term,
+            _ => self.real(Node::Sum(constant, flat.into())),
+        }
+    }
+
+    /// x + y
+    pub fn add(&mut self, x: Real, y: Real) -> Real {
+        self.sum(Exact::ZERO, vec![(Exact::ONE, x), (Exact::ONE, y)])
+    }
+
+    /// x − y
+    pub fn sub(&mut self, x: Real, y: Real) -> Real {
+        self.sum(Exact::ZERO, vec![(Exact::ONE, x), (-Exact::ONE, y)])
+    }
+
+    /// −x
+    pub fn neg(&mut self, x: Real) -> Real {
+        self.scaled(-Exact::ONE, x)
+    }
+
+    /// coefficient · x
+    pub fn scaled(&mut self, coefficient: Exact, x: Real) -> Real {
+        self.sum(Exact::ZERO, vec![(coefficient, x)])
+    }
+
+    /// Π factor^exponent
+    pub fn product(&mut self, factors: &[(Real, i32)]) -> Real {
+        if !self.simplify {
+            return self.real(Node::Product(factors.into()));
+        }
+        let mut coefficient = Exact::ONE;
+        let mut powers: BTreeMap<Real, i64> = BTreeMap::new();
+        let mut pending: Vec<(Real, i32)> = factors.iter().rev().copied().collect();
+        while let Some((factor, exponent)) = pending.pop() {
+            if exponent == 0 {
+                continue;
+            }
+            let (c, rest) = self.split(factor);
+            let c = self.value(rest).map_or(c.clone(), |value| &c * value);
+            if c.is_zero() && exponent < 0
+                || c.bits().saturating_mul(exponent.unsigned_abs() as usize) > CONSTANT_BITS
+            {
+                // A division by a literal zero, or a power too long to hold: left to IEEE arithmetic.
+                *powers.entry(factor).or_default() += i64::from(exponent);
+                continue;
+            }
+            coefficient = &coefficient * &c.powi(exponent);
+            match self.at(rest) {
+                Node::Constant(_) => {}
+                Node::Product(inner) if inner.len() <= LONGEST_PRODUCT => {
+                    let inner = inner.clone();
+                    for (f, e) in inner {
+                        *powers.entry(f).or_default() += i64::from(e) * i64::from(exponent);
+                    }
+                }
+                _ => *powers.entry(rest).or_default() += i64::from(exponent),
+            }
+        }
+        if coefficient.is_zero() {
+            return self.zero();
+        }
+        self.join_hyperbolic(&mut powers);
+        let roots: Vec<Real> = powers.iter().filter(|(_, e)| e.abs() >= 2).map(|(f, _)| *f).collect();
+        for root in roots {
+            let radicand = match *self.at(root) {
+                Node::Call(Function::Sqrt, ref arguments) => arguments[0],
+                Node::Norm(v) => self.dot(v, v),
+                _ => continue,
+            };
+            let exponent = powers.remove(&root).expect("collected above");
+            if exponent % 2 != 0 {
+                powers.insert(root, exponent % 2);
+            }
+            let (c, rest) = self.split(radicand);
+            if !c.is_one()
+                || !matches!(self.at(rest), Node::Dot(..) | Node::Entry(_) | Node::Let(_) | Node::Call(..))
+            {
+                // Only an atom is put in the place of its root; a product or sum would have to be taken apart.
+                *powers.entry(root).or_default() += exponent - exponent % 2;
+                continue;
+            }
+            *powers.entry(rest).or_default() += exponent / 2;
+        }
+        powers.retain(|_, e| *e != 0);
+        let factors: Vec<(Real, i32)> = powers
+            .into_iter()
+            .map(|(f, e)| (f, e.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32))
+            .collect();
+        let product = match factors.as_slice() {
+            [] => return self.constant(coefficient),
+            [(factor, 1)] => *factor,
+            _ => self.real(Node::Product(factors.into())),
+        };
+        self.scaled(coefficient, product)
+    }
+
+    /// sinh x / cosh x = tanh x: what derivatives of tanh are made of must not be ∞ · 0 where x is large.
+    pub(super) fn join_hyperbolic(&mut self, powers: &mut BTreeMap<Real, i64>) {
+        let sines: Vec<(Real, i64)> = powers
+            .iter()
+            .filter(|(f, e)| **e > 0 && matches!(self.at(**f), Node::Call(Function::Sinh, _)))
+            .map(|(f, e)| (*f, *e))
+            .collect();
+        for (sine, count) in sines {
+            let Node::Call(_, arguments) = self.at(sine).clone() else { continue };
+            let cosine = self.real(Node::Call(Function::Cosh, arguments.clone()));
+            let below = powers.get(&cosine).map_or(0, |e| (-e).max(0));
+            let joined = count.min(below);
+            if joined == 0 {
+                continue;
+            }
+            let tangent = self.real(Node::Call(Function::Tanh, arguments));
+            for (factor, change) in [(sine, -joined), (cosine, joined), (tangent, joined)] {
+                *powers.entry(factor).or_default() += change;
+            }
+        }
+    }
+
+    /// x y
+    pub fn mul(&mut self, x: Real, y: Real) -> Real {
+        self.product(&[(x, 1), (y, 1)])
+    }
+
+    /// x / y
+    pub fn div(&mut self, x: Real, y: Real) -> Real {
+        self.product(&[(x, 1), (y, -1)])
+    }
+
+    /// xⁿ
+    pub fn powi(&mut self, x: Real, n: i32) -> Real {
+        self.product(&[(x, n)])
+    }
+
+    /// A function of the table.
+    pub fn call(&mut self, function: Function, arguments: &[Real]) -> Real {
+        if self.simplify
+            && let Some(simpler) = identities::apply(self, function, arguments)
+        {
+            return simpler;
+        }
+        self.real(Node::Call(function, arguments.into()))
+    }
+
+    /// if the condition holds x, else y
+    pub fn select(&mut self, condition: Truth, x: Real, y: Real) -> Real {
+        if self.simplify {
+            match *self.truth_at(condition) {
+                Node::Known(known) => return if known { x } else { y },
+                _ if x == y => return x,
+                Node::Not(inner) => return self.select(inner, y, x),
+                _ => {}
+            }
+        }
+        self.real(Node::Select(condition, x, y))
+    }
+}
