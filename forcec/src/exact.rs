@@ -272,3 +272,17 @@ impl fmt::Debug for Exact {
         write!(f, "{}", self.large())
     }
 }
+
+/// Σ coefficient · term with every term once, in order, and no zeros.
+pub(crate) fn collect<T: Ord + Copy>(mut terms: Vec<(Exact, T)>) -> Vec<(Exact, T)> {
+    terms.sort_by_key(|(_, term)| *term);
+    terms.dedup_by(|later, earlier| {
+        let same = later.1 == earlier.1;
+        if same {
+            earlier.0 = &earlier.0 + &later.0;
+        }
+        same
+    });
+    terms.retain(|(c, _)| !c.is_zero());
+    terms
+}

@@ -6,11 +6,12 @@
 //! Hash-consed, operands before users, ordered by id: the same input makes the same graph everywhere.
 
 use crate::bodies::{Signature, Slot};
-use crate::exact::Exact;
+use crate::exact::{self, Exact};
 use crate::ops::{Cost, Function};
 use crate::vector::Comparison;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
+use smallvec::{SmallVec, smallvec};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -72,15 +73,15 @@ pub enum Node {
 
 impl Node {
     /// The nodes this one reads, in order.
-    pub fn operands(&self) -> Vec<Id> {
+    pub fn operands(&self) -> SmallVec<[Id; 4]> {
         match self {
-            Node::Constant(_) | Node::Input(_) | Node::Difference(..) | Node::Known(_) => vec![],
+            Node::Constant(_) | Node::Input(_) | Node::Difference(..) | Node::Known(_) => smallvec![],
             Node::Sum(_, terms) => terms.iter().map(|(_, id)| *id).collect(),
             Node::Product(factors) => factors.iter().map(|(id, _)| *id).collect(),
-            Node::Multiple(_, x) | Node::Recip(x) | Node::Not(x) => vec![*x],
-            Node::Call(_, arguments) => arguments.to_vec(),
-            Node::Select(c, x, y) => vec![*c, *x, *y],
-            Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => vec![*x, *y],
+            Node::Multiple(_, x) | Node::Recip(x) | Node::Not(x) => smallvec![*x],
+            Node::Call(_, arguments) => arguments.iter().copied().collect(),
+            Node::Select(c, x, y) => smallvec![*c, *x, *y],
+            Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => smallvec![*x, *y],
         }
     }
 }
@@ -231,25 +232,19 @@ impl Graph {
     /// constant + Σ coefficient · term. Numbers and multiples are taken in, sums of several terms stay atoms.
     pub fn sum(&mut self, constant: Exact, terms: Vec<(Exact, Id)>) -> Id {
         let mut constant = constant;
-        let mut flat: Vec<(Exact, Id)> = Vec::with_capacity(terms.len());
-        for (coefficient, term) in terms {
-            match self.node(term) {
-                Node::Constant(value) => constant = &constant + &(&coefficient * value),
-                Node::Sum(zero, inner) if inner.len() == 1 && zero.is_zero() => {
-                    flat.push((&coefficient * &inner[0].0, inner[0].1));
-                }
-                _ => flat.push((coefficient, term)),
+        let mut terms = terms;
+        terms.retain_mut(|(coefficient, term)| match self.node(*term) {
+            Node::Constant(value) => {
+                constant = &constant + &(&*coefficient * value);
+                false
             }
-        }
-        flat.sort_by_key(|(_, id)| *id);
-        let mut terms: Vec<(Exact, Id)> = Vec::with_capacity(flat.len());
-        for (c, id) in flat {
-            match terms.last_mut() {
-                Some((sum, last)) if *last == id => *sum = &*sum + &c,
-                _ => terms.push((c, id)),
+            Node::Sum(zero, inner) if inner.len() == 1 && zero.is_zero() => {
+                (*coefficient, *term) = (&*coefficient * &inner[0].0, inner[0].1);
+                true
             }
-        }
-        terms.retain(|(c, _)| !c.is_zero());
+            _ => true,
+        });
+        let mut terms = exact::collect(terms);
         match terms.as_slice() {
             [] => return self.constant(constant),
             [(c, id)] if constant.is_zero() => {
@@ -287,7 +282,7 @@ impl Graph {
     /// Π factor^exponent. Numbers move outward, powers of one factor are merged.
     pub fn product(&mut self, factors: &[(Id, u32)]) -> Id {
         let mut coefficient = Exact::ONE;
-        let mut powers: Vec<(Id, i64)> = Vec::with_capacity(factors.len());
+        let mut powers: SmallVec<[(Id, i64); 8]> = SmallVec::new();
         for &(factor, exponent) in factors {
             let (c, rest) = self.split(factor);
             if let Some(value) = self.value(rest) {

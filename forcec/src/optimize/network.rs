@@ -181,18 +181,19 @@ impl Network {
         }
     }
 
+    /// The atoms that outputs are multiples of.
+    fn roots(&self) -> impl Iterator<Item = Atom> {
+        self.source.outputs().filter_map(|id| match self.outputs[&id] {
+            Output::Multiple(_, atom) => Some(atom),
+            Output::Number(_) => None,
+        })
+    }
+
     /// Live atoms, operands first.
     pub fn order(&self) -> Vec<Atom> {
         let mut order = Vec::new();
         let mut state = vec![0_u8; self.values.len()];
-        let mut roots: Vec<Atom> = self
-            .source
-            .outputs()
-            .filter_map(|id| match self.outputs[&id] {
-                Output::Multiple(_, atom) => Some(atom),
-                Output::Number(_) => None,
-            })
-            .collect();
+        let mut roots: Vec<Atom> = self.roots().collect();
         roots.reverse();
         while let Some(&atom) = roots.last() {
             match state[atom as usize] {
@@ -297,8 +298,13 @@ impl Network {
             }
         }
         let mut still = vec![false; self.values.len()];
-        for atom in self.order() {
-            still[atom as usize] = true;
+        for root in self.roots() {
+            still[root as usize] = true;
+        }
+        for &atom in order.iter().rev() {
+            if still[atom as usize] {
+                self.each_operand(atom, |operand| still[operand as usize] = true);
+            }
         }
         for (value, still) in self.values.iter_mut().zip(still) {
             if !still && !matches!(value, Value::Number(_)) {

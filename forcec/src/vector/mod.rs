@@ -18,6 +18,7 @@ use crate::exact::Exact;
 use crate::ops::Function;
 use indexmap::IndexSet;
 use rustc_hash::{FxBuildHasher, FxHashMap};
+use smallvec::{SmallVec, smallvec};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -130,7 +131,7 @@ pub enum Node {
 
 impl Node {
     /// The nodes this one reads, truths included, as positions in the arena.
-    pub fn operands(&self) -> Vec<u32> {
+    pub fn operands(&self) -> SmallVec<[u32; 4]> {
         match self {
             Node::Constant(_)
             | Node::Entry(_)
@@ -139,22 +140,24 @@ impl Node {
             | Node::TurnVector(_)
             | Node::Difference(..)
             | Node::Known(_) => {
-                vec![]
+                smallvec![]
             }
             Node::Sum(_, terms) => terms.iter().map(|(_, x)| x.0).collect(),
             Node::Product(factors) => factors.iter().map(|(x, _)| x.0).collect(),
-            Node::Dot(u, v) | Node::Cross(u, v) => vec![u.0, v.0],
-            Node::Component(v, _) | Node::Norm(v) | Node::Rotate(_, _, v) | Node::VectorLet(v) => vec![v.0],
+            Node::Dot(u, v) | Node::Cross(u, v) => smallvec![u.0, v.0],
+            Node::Component(v, _) | Node::Norm(v) | Node::Rotate(_, _, v) | Node::VectorLet(v) => {
+                smallvec![v.0]
+            }
             Node::Call(_, arguments) => arguments.iter().map(|x| x.0).collect(),
-            Node::Select(c, x, y) => vec![c.0, x.0, y.0],
-            Node::Let(x) => vec![x.0],
+            Node::Select(c, x, y) => smallvec![c.0, x.0, y.0],
+            Node::Let(x) => smallvec![x.0],
             Node::VectorSum(terms) => terms.iter().map(|(_, v)| v.0).collect(),
-            Node::Scale(s, v) => vec![s.0, v.0],
+            Node::Scale(s, v) => smallvec![s.0, v.0],
             Node::Pack(entries) => entries.iter().map(|x| x.0).collect(),
-            Node::VectorSelect(c, u, v) => vec![c.0, u.0, v.0],
-            Node::Compare(_, x, y) => vec![x.0, y.0],
-            Node::And(a, b) | Node::Or(a, b) => vec![a.0, b.0],
-            Node::Not(a) => vec![a.0],
+            Node::VectorSelect(c, u, v) => smallvec![c.0, u.0, v.0],
+            Node::Compare(_, x, y) => smallvec![x.0, y.0],
+            Node::And(a, b) | Node::Or(a, b) => smallvec![a.0, b.0],
+            Node::Not(a) => smallvec![a.0],
         }
     }
 }
@@ -260,17 +263,3 @@ impl Graph {
 
 /// A sum of more terms is a term itself where it is added to: accumulating n terms stays linear.
 const LONGEST_SUM: usize = 32;
-
-/// Like terms added, zero terms dropped, in the order of their ids.
-fn collect<T: Ord + Copy>(mut terms: Vec<(Exact, T)>) -> Vec<(Exact, T)> {
-    terms.sort_by_key(|(_, id)| *id);
-    let mut collected: Vec<(Exact, T)> = Vec::with_capacity(terms.len());
-    for (c, id) in terms {
-        match collected.last_mut() {
-            Some((sum, last)) if *last == id => *sum = &*sum + &c,
-            _ => collected.push((c, id)),
-        }
-    }
-    collected.retain(|(c, _)| !c.is_zero());
-    collected
-}

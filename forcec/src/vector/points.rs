@@ -4,9 +4,9 @@
 //! Promise: no pass regroups across such a node, so that far from the origin the difference of two positions is one
 //! subtraction.
 
-use super::{Graph, Node, Real, Vector, collect};
+use super::{Graph, Node, Real, Vector};
 use crate::bodies::{Role, Slot};
-use crate::exact::Exact;
+use crate::exact::{Exact, collect};
 
 impl Graph {
     /// The point a vector is: a position, or three entries of a parameter.

@@ -3,9 +3,9 @@
 //! In: nodes. Out: the canonical node of an operation on them; on a verbatim graph the operation as it is written.
 //! Promise: the value stays, wherever it was defined and finite; what accumulates n terms or factors stays linear in n.
 
-use super::{Graph, LONGEST_SUM, Node, Real, Truth, collect};
+use super::{Graph, LONGEST_SUM, Node, Real, Truth};
 use crate::bodies::Slot;
-use crate::exact::Exact;
+use crate::exact::{Exact, collect};
 use crate::identities;
 use crate::ops::Function;
 use std::collections::BTreeMap;
