@@ -380,49 +380,44 @@ impl Lowering {
             Node::VectorLet(inner) => inner,
             _ => core,
         };
-        let way = match self.ways.get(&(core, variable)) {
-            Some(way) => *way,
-            None => {
-                let way = self.cheapest(core, variable);
-                self.ways.insert((core, variable), way);
-                way
-            }
-        };
-        let dense = self.lower_block(core, variable, way);
+        let dense = self.cheapest(core, variable);
         let dense = dense.map(|row| row.map(|id| self.scalar.scaled(coefficient.clone(), id)));
         self.dense.insert((vector, variable), dense);
         self.journal.push(Added::Dense(vector, variable));
         dense
     }
 
-    /// Tries the ways there are to lower D of a vector, each on what exists already.
-    fn cheapest(&mut self, vector: Vector, variable: Variable) -> Way {
-        let graph = &self.lie.graph;
-        let is_cross = |v: Vector| matches!(graph.node(v.index()), Node::Cross(..));
-        let ways: &[Way] = match *graph.node(vector.index()) {
-            Node::VectorSum(ref terms) if terms.len() > 1 && terms.iter().any(|(_, v)| is_cross(*v)) => {
-                &[Way::Normal, Way::Parts]
+    /// Lowers D of a vector in each of the ways there are, on what exists already, and keeps the cheapest.
+    fn cheapest(&mut self, vector: Vector, variable: Variable) -> Dense {
+        if let Some(&way) = self.ways.get(&(vector, variable)) {
+            return self.lower_block(vector, variable, way);
+        }
+        let (last, others) = self.ways_of(vector, variable).split_last().expect("there is a way");
+        let mut best = (usize::MAX, *last);
+        for &way in others {
+            let (cost, _) = self.attempt(vector, variable, way, |_| false);
+            if cost < best.0 {
+                best = (cost, way);
             }
-            Node::Cross(u, v) => {
-                match [u, v].map(|side| self.lie.matrix(side, variable).is_zero(&self.lie.graph)) {
-                    [true, true] => return Way::Normal,
-                    [true, false] => &[Way::Normal, Way::Cross(true, false), Way::Cross(false, false)],
-                    [false, true] => &[Way::Normal, Way::Cross(false, true), Way::Cross(false, false)],
-                    [false, false] => &[
-                        Way::Normal,
-                        Way::Cross(true, false),
-                        Way::Cross(false, true),
-                        Way::Cross(true, true),
-                        Way::Cross(false, false),
-                    ],
-                }
-            }
-            _ => return Way::Normal,
-        };
-        let cost = |way: &Way| {
-            let (nodes, journal) = (self.scalar.len(), self.journal.len());
-            self.lower_block(vector, variable, *way);
-            let cost = (nodes..self.scalar.len()).map(|i| self.scalar.cost(Id(i as u32)).total()).sum();
+        }
+        let (cost, dense) = self.attempt(vector, variable, *last, |cost| cost < best.0);
+        let way = if cost < best.0 { *last } else { best.1 };
+        self.ways.insert((vector, variable), way);
+        if cost < best.0 { dense } else { self.lower_block(vector, variable, way) }
+    }
+
+    /// Lowers D of a vector in one way, and undoes it if its cost in operations is not to be kept.
+    fn attempt(
+        &mut self,
+        vector: Vector,
+        variable: Variable,
+        way: Way,
+        keep: impl Fn(usize) -> bool,
+    ) -> (usize, Dense) {
+        let (nodes, journal) = (self.scalar.len(), self.journal.len());
+        let dense = self.lower_block(vector, variable, way);
+        let cost = (nodes..self.scalar.len()).map(|i| self.scalar.cost(Id(i as u32)).total()).sum();
+        if !keep(cost) {
             self.scalar.truncate(nodes);
             for added in self.journal.drain(journal..) {
                 match added {
@@ -430,11 +425,35 @@ impl Lowering {
                     Added::Dense(vector, variable) => drop(self.dense.remove(&(vector, variable))),
                 }
             }
-            cost
-        };
-        let costs: Vec<usize> = ways.iter().map(cost).collect();
-        let best = (0..ways.len()).min_by_key(|i| costs[*i]).expect("there is a way");
-        ways[best]
+        }
+        (cost, dense)
+    }
+
+    /// The ways to lower D of a vector that can differ.
+    fn ways_of(&mut self, vector: Vector, variable: Variable) -> &'static [Way] {
+        use Way::{Cross, Normal, Parts};
+        let graph = &self.lie.graph;
+        let is_cross = |v: Vector| matches!(graph.node(v.index()), Node::Cross(..));
+        match *graph.node(vector.index()) {
+            Node::VectorSum(ref terms) if terms.len() > 1 && terms.iter().any(|(_, v)| is_cross(*v)) => {
+                &[Normal, Parts]
+            }
+            Node::Cross(u, v) => {
+                match [u, v].map(|side| self.lie.matrix(side, variable).is_zero(&self.lie.graph)) {
+                    [true, true] => &[Normal],
+                    [true, false] => &[Normal, Cross(true, false), Cross(false, false)],
+                    [false, true] => &[Normal, Cross(false, true), Cross(false, false)],
+                    [false, false] => &[
+                        Normal,
+                        Cross(true, false),
+                        Cross(false, true),
+                        Cross(true, true),
+                        Cross(false, false),
+                    ],
+                }
+            }
+            _ => &[Normal],
+        }
     }
 
     fn lower_block(&mut self, vector: Vector, variable: Variable, way: Way) -> Dense {
