@@ -3,15 +3,12 @@
 use forcec_bench::{chain, compile_all, nodes};
 use std::time::{Duration, Instant};
 
-/// Nodes, and the time of the fastest of some runs.
-fn measure(links: usize, runs: usize) -> (usize, Duration) {
+/// Nodes, and the time it took.
+fn measure(links: usize) -> (usize, Duration) {
     let source = chain(links);
-    let run = || {
-        let started = now();
-        let compiled = compile_all(&source);
-        (now() - started, nodes(&compiled))
-    };
-    let (time, nodes) = (0..runs).map(|_| run()).min().expect("at least one run");
+    let started = now();
+    let compiled = compile_all(&source);
+    let (time, nodes) = (now() - started, nodes(&compiled));
     let each = time.as_secs_f64() * 1e6 / nodes as f64;
     println!("{links} links: {nodes} nodes, {time:.2?}, {each:.1} µs a node");
     (nodes, time)
@@ -32,10 +29,16 @@ fn now() -> Duration {
 }
 
 #[test]
-
 fn time_per_node_does_not_grow() {
-    let (few, short) = measure(220, 3);
-    let (many, long) = measure(2200, 1);
+    // By turns, the fastest of each: a neighbour that empties the caches slows the larger one more.
+    let mut fastest = [(0, Duration::MAX); 2];
+    for _ in 0..3 {
+        for (best, links) in fastest.iter_mut().zip([220, 2200]) {
+            let (nodes, time) = measure(links);
+            *best = (nodes, best.1.min(time));
+        }
+    }
+    let [(few, short), (many, long)] = fastest;
     let growth = (long.as_secs_f64() / many as f64) / (short.as_secs_f64() / few as f64);
     println!("time a node grows {growth:.2} times");
     assert!(many > 5 * few, "{few} and {many} nodes");
