@@ -9,10 +9,11 @@ use crate::bodies::Slot;
 use crate::derive::lie::{Lie, Variable};
 use crate::derive::matrix::Matrix;
 use crate::derive::{Combination, Derived};
-use crate::exact::Exact;
+use crate::exact::{Exact, collect};
 use crate::scalar::{self, Id, Program};
 use crate::vector::{Node, Real, Vector};
 use rustc_hash::FxHashMap;
+use smallvec::{SmallVec, smallvec};
 use std::collections::{BTreeMap, BTreeSet};
 
 type Dense = [[Id; 3]; 3];
@@ -436,7 +437,11 @@ impl Lowering {
         let is_cross = |v: Vector| matches!(graph.node(v.index()), Node::Cross(..));
         match *graph.node(vector.index()) {
             Node::VectorSum(ref terms) if terms.len() > 1 && terms.iter().any(|(_, v)| is_cross(*v)) => {
-                &[Normal, Parts]
+                if terms.len() > LONGEST_WHOLE {
+                    &[Parts]
+                } else {
+                    &[Normal, Parts]
+                }
             }
             Node::Cross(u, v) => {
                 match [u, v].map(|side| self.lie.matrix(side, variable).is_zero(&self.lie.graph)) {
@@ -522,17 +527,14 @@ impl Lowering {
             let (left, right) = (self.vector(u), self.vector(v));
             products.push(left.map(|x| right.map(|y| self.scalar.mul(x, y))));
             let wanted = dot_terms(&mut self.lie.graph, u, v);
-            let cancels = !wanted.is_empty()
-                && wanted.iter().all(|(term, c)| identity.get(term).is_some_and(|have| have == &-c));
+            let held = |(c, x): &(Exact, Real)| identity.contains(&(-c, *x));
+            let cancels = !wanted.is_empty() && wanted.iter().all(held);
             if cancels {
-                for term in wanted.keys() {
-                    identity.remove(term);
-                }
+                identity.retain(|(_, x)| wanted.iter().all(|(_, y)| x != y));
             }
             cancelled.push(cancels);
         }
-        let rest = identity.into_iter().map(|(x, c)| (c, x)).collect();
-        let rest = self.lie.graph.sum(Exact::ZERO, rest);
+        let rest = self.lie.graph.sum(Exact::ZERO, identity);
         let rest = self.real(rest);
         let skew = self.vector(matrix.skew);
         [0, 1, 2].map(|i| {
@@ -560,6 +562,9 @@ impl Lowering {
     }
 }
 
+/// Longer sums are lowered term by term without an attempt at the whole.
+const LONGEST_WHOLE: usize = 16;
+
 #[derive(Clone, Copy)]
 enum Way {
     /// From the normal form.
@@ -575,45 +580,40 @@ fn transposed(dense: Dense) -> Dense {
 }
 
 /// A real as a linear combination of reals.
-fn linear(g: &crate::vector::Graph, x: Real) -> BTreeMap<Real, Exact> {
+fn linear(g: &crate::vector::Graph, x: Real) -> Vec<(Exact, Real)> {
     match g.node(x.index()) {
-        Node::Sum(constant, terms) if constant.is_zero() => {
-            terms.iter().map(|(c, x)| (*x, c.clone())).collect()
-        }
-        _ if g.is_zero(x) => BTreeMap::new(),
-        _ => BTreeMap::from([(x, Exact::ONE)]),
+        Node::Sum(constant, terms) if constant.is_zero() => terms.to_vec(),
+        _ if g.is_zero(x) => vec![],
+        _ => vec![(Exact::ONE, x)],
     }
 }
 
 /// u·v as the linear combination that the rules of the algebra would have made of it.
-fn dot_terms(g: &mut crate::vector::Graph, u: Vector, v: Vector) -> BTreeMap<Real, Exact> {
-    let parts = |g: &crate::vector::Graph, v: Vector| match g.node(v.index()) {
-        Node::VectorSum(terms) => terms.to_vec(),
-        _ => vec![(Exact::ONE, v)],
+fn dot_terms(g: &mut crate::vector::Graph, u: Vector, v: Vector) -> Vec<(Exact, Real)> {
+    // A vector as Σ coefficient · scale · vector.
+    let parts = |g: &crate::vector::Graph, v: Vector| -> SmallVec<[(Exact, Option<Real>, Vector); 2]> {
+        let part = |c: &Exact, v: Vector| match *g.node(v.index()) {
+            Node::Scale(s, inner) => (c.clone(), Some(s), inner),
+            _ => (c.clone(), None, v),
+        };
+        match g.node(v.index()) {
+            Node::VectorSum(terms) => terms.iter().map(|(c, v)| part(c, *v)).collect(),
+            _ => smallvec![part(&Exact::ONE, v)],
+        }
     };
-    let mut total: BTreeMap<Real, Exact> = BTreeMap::new();
-    for (c, x) in parts(g, u) {
-        for (d, y) in parts(g, v) {
-            let dot = g.dot(x, y);
-            let unscaled = |g: &crate::vector::Graph, v: Vector| match *g.node(v.index()) {
-                Node::Scale(s, inner) => Some((s, inner)),
-                _ => None,
-            };
-            let dot = match (unscaled(g, x), unscaled(g, y)) {
-                (None, None) => dot,
-                (a, b) => {
-                    let (one, p, q) = (g.one(), a.map_or(x, |a| a.1), b.map_or(y, |b| b.1));
-                    let scale = g.mul(a.map_or(one, |a| a.0), b.map_or(one, |b| b.0));
-                    let dot = g.dot(p, q);
-                    g.mul(scale, dot)
-                }
-            };
-            for (term, coefficient) in linear(g, dot) {
-                let entry = total.entry(term).or_insert(Exact::ZERO);
-                *entry = &*entry + &(&(&c * &d) * &coefficient);
+    let (left, right) = (parts(g, u), parts(g, v));
+    let mut total = Vec::new();
+    for (c, s, x) in &left {
+        for (d, t, y) in &right {
+            let mut dot = g.dot(*x, *y);
+            if s.is_some() || t.is_some() {
+                let one = g.one();
+                let scale = g.mul(s.unwrap_or(one), t.unwrap_or(one));
+                dot = g.mul(scale, dot);
             }
+            let coefficient = c * d;
+            total.extend(linear(g, dot).into_iter().map(|(e, term)| (&coefficient * &e, term)));
         }
     }
-    total.retain(|_, c| !c.is_zero());
-    total
+    collect(total)
 }
