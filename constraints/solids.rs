@@ -40,8 +40,8 @@ pub fn neo_hookean(
 ///
 /// E = volume · (μ'/2 (I − 3) + λ'/2 (J − α)² − μ'/2 ln(I + 1)) up to a constant, I = tr FᵀF, J = det F,
 /// α = 1 + 3μ'/(4λ'), with μ' = 4/3 μ and λ' = λ + 5/6 μ so that small strains agree with Lamé's parameters.
-/// Smith, de Goes, Kim, "Stable neo-Hookean flesh simulation", 2018. The constant is taken out here, which
-/// leaves ln_1p and no quotient by λ': the energy is zero at rest.
+/// Smith, de Goes, Kim, "Stable neo-Hookean flesh simulation", 2018. The square is multiplied out here, which
+/// leaves no quotient by λ'. ln_1p keeps the digits of an element that is crushed to a point.
 ///
 /// `inverse_rest`: of the edges at rest, 1/m. `volume`: of the rest shape, m³. `mu`, `lambda`: Pa.
 #[energy]
@@ -57,11 +57,11 @@ pub fn stable_neo_hookean(
     lambda: Real,
 ) -> Real {
     let (f0, f1, f2) = deformation(p0, p1, p2, p3, inverse_rest);
-    let stretch = f0.norm_squared() + f1.norm_squared() + f2.norm_squared() - 3.0;
+    let stretch = f0.norm_squared() + f1.norm_squared() + f2.norm_squared();
     let growth = f0.dot(&f1.cross(&f2)) - 1.0;
     let shear = 4.0 / 3.0 * mu;
     let bulk = lambda + 5.0 / 6.0 * mu;
-    let shape = 0.5 * shear * (stretch - (0.25 * stretch).ln_1p());
+    let shape = 0.5 * shear * (stretch - stretch.ln_1p());
     volume * (shape - 0.75 * shear * growth + 0.5 * bulk * growth * growth)
 }
 

@@ -65,7 +65,7 @@ pub enum Function {
     AngleRatio(u8),
 }
 
-/// Where a function is defined; the derivative may need the open interior.
+/// Where a function is defined, or smooth. Beyond it the special families return anything.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum FunctionDomain {
     /// Every real.
@@ -431,8 +431,8 @@ macro_rules! cos_sqrt {
     ($n:literal) => {
         row!(
             "cos_sqrt" / 1,
-            All,
-            All,
+            AtLeast(0.0),
+            AtLeast(0.0),
             "the next of the family",
             |g, x, _, _| g.call(Function::CosSqrt($n + 1), &[x[0]]),
             |x| special::cos_sqrt($n, x[0]),

@@ -254,6 +254,11 @@ fn returns(program: &Program<'_>, index: usize, diagnostics: &mut Vec<Diagnostic
         return false;
     }
     let name = &function.name.text;
+    // That nothing is returned is said of the function; what else cannot be, of its kind.
+    let refused = |kind: &str, any: &str| match output {
+        Type::Tuple(types) if types.is_empty() => format!("the {kind} `{name}` returns no value"),
+        _ => format!("{any} does not return {}", output.said()),
+    };
     let message = match function.kind {
         FunctionKind::Helper => return true,
         FunctionKind::Constraint { .. } => match output.rows() {
@@ -263,20 +268,16 @@ fn returns(program: &Program<'_>, index: usize, diagnostics: &mut Vec<Diagnostic
                 format!("the constraint `{name}` has too many rows"),
                 format!("{rows} of them; at most {LARGEST_VALUE}"),
             ),
-            None => Diagnostic::error(
-                span,
-                format!("a constraint does not return {}", output.said()),
-                "not the rows of a constraint",
-            )
-            .help("return `Real`, a vector, or a tuple or array of these"),
+            None => {
+                Diagnostic::error(span, refused("constraint", "a constraint"), "not the rows of a constraint")
+                    .help("return `Real`, a vector, or a tuple or array of these")
+            }
         },
         FunctionKind::Energy if *output == Type::Real => return true,
-        FunctionKind::Energy => Diagnostic::error(
-            span,
-            format!("an energy does not return {}", output.said()),
-            "an energy is one number",
-        )
-        .help("return `Real`"),
+        FunctionKind::Energy => {
+            Diagnostic::error(span, refused("energy", "an energy"), "an energy is one number")
+                .help("return `Real`")
+        }
         FunctionKind::Force => {
             let wanted: Vec<Type> = bodies
                 .iter()
@@ -292,7 +293,7 @@ fn returns(program: &Program<'_>, index: usize, diagnostics: &mut Vec<Diagnostic
             };
             Diagnostic::error(
                 span,
-                format!("the force `{name}` does not return {}", output.said()),
+                refused("force", &format!("the force `{name}`")),
                 "a force on every body, in order: `Wrench` for `Rigid`, `Vec3` for `Particle`",
             )
             .help(format!("return `{wanted}`"))

@@ -292,8 +292,11 @@ fn call(function: Function, x: &[Interval]) -> Interval {
         Function::Ln => x[0].and(Interval::new(0.0, f64::INFINITY)).monotone(f64::ln),
         Function::Ln1p => x[0].and(Interval::new(-1.0, f64::INFINITY)).monotone(f64::ln_1p),
         Function::ExpM1 => x[0].monotone(f64::exp_m1),
-        Function::Sin => Interval::new(-1.0, 1.0),
-        Function::Cos => Interval::new(-1.0, 1.0),
+        Function::Sin => cosine(x[0].add(Interval::point(-FRAC_PI_2))).except_zero(
+            // Between 0 and π, or between −π and 0, the ends left out.
+            x[0].nonzero && (x[0].low >= 0.0 && x[0].high < PI || x[0].low > -PI && x[0].high <= 0.0),
+        ),
+        Function::Cos => cosine(x[0]),
         Function::Asin | Function::Atan => Interval::new(-FRAC_PI_2, FRAC_PI_2),
         Function::Acos => Interval::new(0.0, PI),
         Function::Atan2 if x[0].low >= 0.0 && x[1].low >= 0.0 => Interval::new(0.0, FRAC_PI_2),
@@ -309,9 +312,27 @@ fn call(function: Function, x: &[Interval]) -> Interval {
             negative(least(negative(x[0]), negative(x[1])))
         }
         Function::Signum => Interval::new(-1.0, 1.0).except_zero(true),
-        Function::CosSqrt(0) => Interval::new(-1.0, 1.0),
+        Function::Tan if x[0].low > -FRAC_PI_2 && x[0].high < FRAC_PI_2 => {
+            x[0].monotone(f64::tan).except_zero(x[0].nonzero)
+        }
+        Function::CosSqrt(0) => cosine(x[0].and(Interval::new(0.0, f64::INFINITY)).monotone(f64::sqrt)),
         Function::Tan | Function::CosSqrt(_) | Function::AngleRatio(_) => Interval::ALL,
     }
+}
+
+/// Of the cosine over an interval; widened, for its ends are rounded.
+fn cosine(x: Interval) -> Interval {
+    use std::f64::consts::{PI, TAU};
+    // Whether an angle of the form start + 2πk lies within.
+    let meets = |start: f64| ((x.low - start) / TAU).ceil() * TAU + start <= x.high;
+    let wide = !x.low.is_finite() || !x.high.is_finite() || x.high - x.low >= TAU || x.low.abs() > 1e6;
+    if wide {
+        return Interval::new(-1.0, 1.0);
+    }
+    let (first, last) = (x.low.cos(), x.high.cos());
+    let low = if meets(PI) { -1.0 } else { (first.min(last) - 1e-9).max(-1.0) };
+    let high = if meets(0.0) { 1.0 } else { (first.max(last) + 1e-9).min(1.0) };
+    Interval::new(low, high)
 }
 
 fn least(x: Interval, y: Interval) -> Interval {

@@ -48,15 +48,32 @@ pub(crate) fn warnings(graph: &Graph, ranges: &Ranges, risks: &[Risk]) -> Vec<Di
 
 fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {
     let range = guarded(graph, ranges, risk);
+    if range.low > range.high {
+        // The branches it stands in exclude each other.
+        return None;
+    }
     let zero = range.contains_zero();
     let always = zero && range.low == 0.0 && range.high == 0.0;
+    // What is the same at every state has no derivative that could be singular.
+    let fixed = graph.value(risk.operand).is_some();
     let domain = "state its range with `#[domain(…)]`";
     let (message, label, help) = match risk.kind {
         RiskKind::Division | RiskKind::NegativePower if always => (
             "division by zero".to_owned(),
-            "the divisor is always zero",
-            "divide by something else".to_owned(),
+            "the divisor is always zero: no finite number at any state",
+            "write the divisor that is meant, or leave the quotient out".to_owned(),
         ),
+        RiskKind::Normalize if always => (
+            "`normalize` of a vector that is always zero".to_owned(),
+            "a zero vector has no direction",
+            "write the vector that is meant".to_owned(),
+        ),
+        RiskKind::Inverse if always => (
+            "`inverse` of a matrix whose determinant is always zero".to_owned(),
+            "divides by the determinant",
+            "write the matrix that is meant".to_owned(),
+        ),
+        RiskKind::Norm | RiskKind::Angle | RiskKind::Pair(_) if fixed => return None,
         RiskKind::Division if zero => (
             "division by a value that can be zero".to_owned(),
             "gives no finite number where the divisor is zero",
@@ -95,15 +112,30 @@ fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {
             "no derivative where both are zero",
             "keep one of them away from zero".to_owned(),
         ),
-        RiskKind::Call(function) => return call(function, range, risk.span),
+        RiskKind::Call(function) => return call(function, range, fixed, risk.span),
         _ => return None,
     };
     Some(Diagnostic::warning(risk.span, message, label).help(help))
 }
 
 /// The warning about a function of one argument, whose row says where it is defined and where it is smooth.
-fn call(function: Function, range: Interval, span: Span) -> Option<Diagnostic> {
+fn call(function: Function, range: Interval, fixed: bool, span: Span) -> Option<Diagnostic> {
     let row = function.row();
+    // Where no value that the operand may have is in the domain.
+    let outside = match row.domain {
+        FunctionDomain::AtLeast(bound) => (range.high < bound).then(|| format!("below {bound}")),
+        FunctionDomain::Above(0.0) => (range.high <= 0.0).then(|| "zero or negative".to_owned()),
+        FunctionDomain::Above(bound) => (range.high <= bound).then(|| format!("{bound} or below")),
+        FunctionDomain::Unit => {
+            (range.low > 1.0 || range.high < -1.0).then(|| "outside of -1 … 1".to_owned())
+        }
+        FunctionDomain::All | FunctionDomain::NotAllZero | FunctionDomain::HalfPlane => None,
+    };
+    if let Some(place) = outside {
+        let message = format!("`{}` of a value that is always {place}", row.name);
+        let help = "write the value that is meant";
+        return Some(Diagnostic::warning(span, message, "gives no finite number at any state").help(help));
+    }
     let leaves = |domain: FunctionDomain| match domain {
         FunctionDomain::All => None,
         FunctionDomain::AtLeast(bound) => (range.low < bound).then(|| format!("below {bound}")),
@@ -120,6 +152,8 @@ fn call(function: Function, range: Interval, span: Span) -> Option<Diagnostic> {
     let name = row.name;
     let (message, label) = if let Some(place) = leaves(row.domain) {
         (format!("`{name}` of a value that can be {place}"), "gives no finite number there".to_owned())
+    } else if fixed {
+        return None;
     } else if row.domain == FunctionDomain::Unit && (range.low <= -1.0 || range.high >= 1.0) {
         (
             format!("`{name}` of a value that can reach -1 or 1: its derivative divides by zero"),

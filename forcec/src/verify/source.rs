@@ -284,6 +284,10 @@ impl<'g, N: Number> Source<'g, N> {
             let bound = Exact::from_f64(bound).unwrap_or(Exact::ZERO);
             N::holds(Comparison::Less, &N::exact(&bound), x)
         };
+        let below = |x: &N, bound: f64| {
+            let bound = Exact::from_f64(bound).unwrap_or(Exact::ZERO);
+            N::holds(Comparison::Less, x, &N::exact(&bound))
+        };
         let is_zero = |x: &N| N::holds(Comparison::Equal, x, &zero);
         match node {
             Node::Norm(v) => self.get(values, v.index()).vector().iter().all(is_zero),
@@ -291,7 +295,8 @@ impl<'g, N: Number> Source<'g, N> {
                 let x: Vec<&N> = arguments.iter().map(|x| self.get(values, x.index()).real()).collect();
                 match function.row().smooth {
                     FunctionDomain::All => false,
-                    FunctionDomain::AtLeast(bound) | FunctionDomain::Above(bound) => !above(x[0], bound),
+                    FunctionDomain::AtLeast(bound) => below(x[0], bound),
+                    FunctionDomain::Above(bound) => !above(x[0], bound),
                     FunctionDomain::Unit => {
                         let size = N::call(Function::Abs, &[x[0].clone()]);
                         !N::holds(Comparison::Less, &size, &N::exact(&Exact::ONE))

@@ -390,7 +390,7 @@ mod tests {
                 let x: Vec<f64> = (0..row.arity)
                     .map(|k| match row.domain {
                         FunctionDomain::Unit => random.uniform(-1.0, 1.0),
-                        FunctionDomain::All if function.order().is_none() => random.uniform(-size, size),
+                        FunctionDomain::All => random.uniform(-size, size),
                         FunctionDomain::NotAllZero => random.uniform(-size, size),
                         FunctionDomain::HalfPlane if k == 1 => random.uniform(-2.0, 2.0),
                         _ => random.uniform(0.0, 1.0) * size,

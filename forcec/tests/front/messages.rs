@@ -44,6 +44,10 @@ fn warnings_where_a_formula_can_be_singular() {
         "q.angle()",
         "q.imag().norm()",
         "(q * q).angle()",
+        "y / x.sin()",
+        "y / x.cos()",
+        "y / (x.sin() + 0.9)",
+        "(x.cos() - 0.5).sqrt()",
     ] {
         assert!(!warned("", body).is_empty(), "no warning about {body}");
     }
@@ -71,6 +75,14 @@ fn no_warning_where_it_is_written_safely() {
         ("", "{ let d = u.norm_squared(); if d > 1e-6 { u.normalize().x / d } else { 0.0 } }"),
         ("", "if x > 0.0 && 1.0 / x > y { 1.0 } else { 0.0 }"),
         ("", "Quat::from_scaled_axis(u).scaled_axis().x"),
+        ("#[domain(x = 0.1..1.5)]", "y / x.sin() + y / x.cos() + y / x.tan()"),
+        (
+            "#[domain(x = -0.1..3.2)]",
+            "(x.sin() + 0.2).sqrt() + 1.0 / (2.0 + (5.0 * y).sin()) + (1.5 + y.cos()).ln()",
+        ),
+        ("#[domain(x = 6.0..6.5)]", "1.0 / x.cos() + (x.sin() + 0.3).sqrt()"),
+        ("", "if x > 1.0 && x < 0.0 { x.sqrt() + x.ln() } else { 0.0 }"),
+        ("", "Vec3::zeros().norm() + (2.0 - 1.0).acos() + (1.0 - 1.0).sqrt()"),
     ] {
         assert_eq!(warned(domain, body), [] as [String; 0], "{body}");
     }
