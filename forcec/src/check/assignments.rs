@@ -150,10 +150,14 @@ impl Elaborator<'_> {
                 };
                 if found.is_none() {
                     let said = value.ty().said();
-                    self.error(
+                    let help = matches!(value, Value::Body(..)).then(|| {
+                        format!("a body stays as it is; copy the field, `let mut {name} = ….{name};`")
+                    });
+                    self.error_help(
                         step.span,
                         format!("`{name}` cannot be assigned"),
                         format!("no such part of {said} that can change"),
+                        help,
                     );
                 }
                 found

@@ -101,6 +101,11 @@ impl Shape {
         self.of(on).said()
     }
 
+    /// How it stands in a call that a message spells out.
+    pub(crate) fn written(self, on: &Type) -> String {
+        if self == Shape::Small { self.listed().to_owned() } else { self.of(on).to_string() }
+    }
+
     /// How the reference calls it.
     fn listed(self) -> &'static str {
         match self {

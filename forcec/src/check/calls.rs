@@ -22,7 +22,9 @@ impl<'a> Elaborator<'a> {
         let function = &self.program.functions[index];
         let types = self.program.signatures[index].arguments.clone();
         if types.len() != values.len() {
-            return self.wrong_count(&function.name.text, types.len(), values.len(), span);
+            let names: Vec<&str> = function.arguments.iter().map(|a| a.name.text.as_str()).collect();
+            let form = format!("{}({})", function.name.text, names.join(", "));
+            return self.wrong_count(&function.name.text, types.len(), values.len(), &form, span);
         }
         let mut checked = Vec::new();
         for (k, value) in values.into_iter().enumerate() {
@@ -33,12 +35,13 @@ impl<'a> Elaborator<'a> {
         self.inline(index, checked, span)
     }
 
-    fn wrong_count(&mut self, name: &str, wanted: usize, found: usize, span: Span) -> Value {
+    fn wrong_count(&mut self, name: &str, wanted: usize, found: usize, form: &str, span: Span) -> Value {
         let plural = if wanted == 1 { "" } else { "s" };
-        self.error(
+        self.error_help(
             span,
             format!("`{name}` takes {wanted} argument{plural}, not {found}"),
             format!("{found} given"),
+            Some(format!("write `{form}`")),
         )
     }
 
@@ -156,7 +159,11 @@ impl<'a> Elaborator<'a> {
         let receiver = usize::from(row.place == Place::Value);
         if values.len() - receiver.min(values.len()) != row.arguments.len() {
             let found = values.len() - receiver.min(values.len());
-            return self.wrong_count(row.name, row.arguments.len(), found, span);
+            let arguments: Vec<String> = row.arguments.iter().map(|shape| shape.written(on)).collect();
+            let of = if row.place == Place::Value { String::new() } else { format!("{on}:") };
+            let dot = if row.place == Place::Value { "." } else { ":" };
+            let form = format!("{of}{dot}{}({})", row.name, arguments.join(", "));
+            return self.wrong_count(row.name, row.arguments.len(), found, &form, span);
         }
         let mut checked = Vec::new();
         for (k, value) in values.into_iter().enumerate() {

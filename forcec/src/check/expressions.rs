@@ -257,12 +257,23 @@ impl<'a> Elaborator<'a> {
             (Value::Poison, _) | (_, Type::Poison) => Value::Poison,
             (Value::Integer(n), Type::Real) => Value::Real(self.graph.constant(n.into())),
             (value @ Value::Integer(_), Type::Integer) | (value @ Value::Real(_), Type::Real) => value,
-            (value, wanted) => self.error_help(
-                span,
-                format!("{} does not become {} by `as`", value.ty().said(), wanted.said()),
-                "`as` turns an integer into a `Real`",
-                None,
-            ),
+            (value, wanted) => {
+                let found = value.ty();
+                let help = match (&found, &wanted) {
+                    (Type::Real, Type::Integer) => {
+                        Some("integers are known while compiling; a kernel has reals")
+                    }
+                    (Type::Truth, _) => Some("write `if condition { 1.0 } else { 0.0 }`"),
+                    (Type::Vector(_), Type::Real) => Some("take an entry, `v.x`, or the length, `v.norm()`"),
+                    _ => None,
+                };
+                self.error_help(
+                    span,
+                    format!("{} does not become {} by `as`", found.said(), wanted.said()),
+                    "`as` turns an integer into a `Real`",
+                    help.map(str::to_owned),
+                )
+            }
         }
     }
 

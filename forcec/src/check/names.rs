@@ -166,13 +166,27 @@ impl<'a> Walker<'a> {
                     self.block(&repeat.body);
                     self.leave(inner);
                 }
-                Statement::Expr(value) => self.expr(*value),
+                Statement::Expr(value) => {
+                    self.expr(*value);
+                    self.dropped(*value);
+                }
             }
         }
         if let Some(value) = block.value {
             self.expr(value);
         }
         self.leave(mark);
+    }
+
+    /// A value that a statement leaves behind: nothing in the language has another effect.
+    fn dropped(&mut self, id: ExprId) {
+        let expr = &self.expressions[id];
+        if !matches!(expr.kind, ExprKind::If(..) | ExprKind::Block(_) | ExprKind::Error) {
+            self.diagnostics.push(
+                Diagnostic::warning(expr.span, "a value that nothing uses", "computed and dropped")
+                    .help("leave it out, bind it by `let`, or assign it"),
+            );
+        }
     }
 
     fn pattern(&mut self, pattern: &'a Pattern) {
@@ -206,7 +220,15 @@ impl<'a> Walker<'a> {
                         );
                     }
                     Some(true) => {}
-                    None => self.unknown(path),
+                    None => {
+                        let before = self.diagnostics.len();
+                        self.unknown(path);
+                        for diagnostic in &mut self.diagnostics[before..] {
+                            diagnostic
+                                .help
+                                .get_or_insert_with(|| format!("to bind it write `let {name} = …;`"));
+                        }
+                    }
                 }
             }
             ExprKind::Error => {}
@@ -289,6 +311,9 @@ impl<'a> Walker<'a> {
             Some(format!("write `{ours}`"))
         } else if self.program.function(name).is_some() {
             Some(format!("`{name}` is a function; call it, `{name}(…)`"))
+        } else if ["EPSILON", "INFINITY", "NEG_INFINITY", "NAN", "MAX", "MIN", "MIN_POSITIVE"].contains(&name)
+        {
+            Some("write the number that is meant".to_owned())
         } else {
             suggest::did_you_mean(name, known)
         };
@@ -321,6 +346,8 @@ impl<'a> Walker<'a> {
         diagnostic.help = if let Some(arguments) = builtins::method_arguments(name) {
             let arguments = if arguments == 0 { "" } else { "…" };
             Some(format!("`{name}` is a method; write `x.{name}({arguments})`"))
+        } else if let Some(other) = builtins::instead(name, &Type::Real) {
+            Some(other.to_owned())
         } else if Type::named(name).is_some() {
             Some(format!("write `{name}::new(…)`"))
         } else {

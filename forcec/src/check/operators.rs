@@ -269,6 +269,20 @@ fn mismatch(e: &mut Elaborator<'_>, op: BinaryOp, x: &Value, y: &Value, span: Sp
         | (BinaryOp::Multiply, Type::Matrix(_), Type::Quat) => {
             Some("turn the quaternion into a matrix by `q.to_rotation_matrix().into_inner()`")
         }
+        (BinaryOp::Multiply, Type::Truth, _) | (BinaryOp::Multiply, _, Type::Truth) => {
+            Some("write `if condition { x } else { 0.0 }`")
+        }
+        (BinaryOp::Multiply, Type::Matrix(_), Type::Matrix(_) | Type::Vector(_)) => {
+            Some("a matrix is multiplied with what has as many rows as it has columns")
+        }
+        (BinaryOp::Add | BinaryOp::Subtract, Type::Quat, _)
+        | (BinaryOp::Multiply | BinaryOp::Divide, Type::Quat, Type::Real)
+        | (BinaryOp::Multiply, Type::Real, Type::Quat) => {
+            Some("turns follow each other by `p * q`; a vector to calculate with is `q.scaled_axis()`")
+        }
+        (BinaryOp::Divide, _, Type::Vector(_)) => {
+            Some("divide entry by entry, `Vec3::new(u.x / v.x, u.y / v.y, u.z / v.z)`")
+        }
         (BinaryOp::Divide, _, Type::Matrix(_)) => Some("multiply by `m.inverse()`"),
         (BinaryOp::Remainder, _, _) => Some("`%` is for integers; reals have no remainder here"),
         (BinaryOp::Equal | BinaryOp::NotEqual, _, _) => Some("compare reals, entry by entry"),

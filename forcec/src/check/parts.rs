@@ -65,6 +65,13 @@ impl Elaborator<'_> {
             (Value::Matrix2(_) | Value::Matrix3(_), _) => {
                 Some("write `m[(row, column)]` for an entry".to_owned())
             }
+            (Value::Body(..), _) if instead_of_field(text).is_some() => {
+                instead_of_field(text).map(|field| match known.contains(&field) {
+                    true => format!("write `.{field}`"),
+                    false if field.is_empty() => "take it as a parameter".to_owned(),
+                    false => format!("{} has no {field}, a `Rigid` has", ty.said()),
+                })
+            }
             _ => suggest::did_you_mean(text, known.iter().copied()).or_else(|| {
                 let method = super::builtins::method_arguments(text) == Some(0);
                 match known.as_slice() {
@@ -208,4 +215,16 @@ impl Elaborator<'_> {
             other => unreachable!("checked to be a matrix: {other:?}"),
         }
     }
+}
+
+/// The field of a body that others call so; empty for what no body has.
+fn instead_of_field(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "pos" | "translation" | "center" | "centre" => "position",
+        "rotation" | "rot" | "quat" | "orientation" => "orientation",
+        "vel" | "linvel" | "linear_velocity" => "velocity",
+        "omega" | "angvel" | "angular_velocity" => "angular_velocity",
+        "mass" | "inertia" | "radius" | "force" | "torque" | "acceleration" => "",
+        _ => return None,
+    })
 }

@@ -161,6 +161,14 @@ impl Reader<'_> {
                         "write `real = f32`",
                     ),
                 },
+                ("unilateral" | "per_row" | "real", _) => {
+                    let (form, help) = if text == "real" {
+                        ("it takes a precision", "write `real = f32`".to_owned())
+                    } else {
+                        ("it stands by itself", format!("write `{text}`"))
+                    };
+                    self.error_help(place, format!("the option `{text}` is malformed"), form, help);
+                }
                 _ => {
                     let known: &[&str] =
                         if name == "constraint" { &["unilateral", "per_row", "real"] } else { &["real"] };

@@ -244,6 +244,20 @@ impl Reader<'_> {
                 );
             }
         };
+        if let (BinOp::Mul(times), Expr::Unary(right)) = (&binary.op, &*binary.right)
+            && let UnOp::Deref(star) = right.op
+        {
+            // To Rust `x ** y` is `x * (*y)`; who writes it means a power.
+            let (first, second) = (self.at(times.spans[0]), self.at(star.spans[0]));
+            if first.end == second.start {
+                return self.error_at(
+                    first.to(second),
+                    "`**` is not part of the force language",
+                    "no operator on reals",
+                    "for a power write `x.powi(2)` or `x.powf(y)`",
+                );
+            }
+        }
         let left = self.expr(&binary.left);
         let right = self.expr(&binary.right);
         let span = self.span_of(left).to(self.span_of(right));

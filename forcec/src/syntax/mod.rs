@@ -68,7 +68,7 @@ pub fn parse(source: &Source) -> Result<ast::File, Diagnostics> {
         let list = match tokens(&source.text) {
             Err(diagnostic) => vec![diagnostic],
             Ok(tokens) => match syn::parse2::<syn::File>(tokens) {
-                Err(error) => syn_errors(&error, &mut bytes_of, source.text.len()),
+                Err(error) => syn_errors(&error, &mut bytes_of, &source.text),
                 Ok(file) => return from_items(source.clone(), &file.attrs, &file.items, bytes_of),
             },
         };
@@ -229,11 +229,32 @@ fn lexical_error(text: &str, error: &LexError) -> Diagnostic {
     }
 }
 
+/// What to write instead of what other languages have, as far as a message of syn and the text around its place tell.
+fn instead(message: &str, text: &str, span: Span) -> Option<&'static str> {
+    let before = text.get(..span.start as usize)?.trim_end();
+    let here = text.get(span.start as usize..)?;
+    if message.contains("chained") {
+        Some("write `a < b && b < c`")
+    } else if before.ends_with('?') {
+        Some("for a choice write `if condition { x } else { y }`")
+    } else if before.ends_with("--") || before.ends_with('+') && here.starts_with('+') {
+        Some("write `i += 1` or `i -= 1`")
+    } else if before.ends_with("for (") || before.ends_with("for (int") {
+        Some("write `for i in 0..n { … }`")
+    } else if message == "expected `:`" {
+        Some("write the type behind a `:`, as in `x: Real`")
+    } else if message == "expected `,`" && here.starts_with('=') {
+        Some("an argument has no default: whoever calls the kernel gives every value")
+    } else {
+        None
+    }
+}
+
 /// The messages of syn, as ours.
 fn syn_errors(
     error: &syn::Error,
     locate: &mut dyn FnMut(proc_macro2::Span) -> Span,
-    length: usize,
+    text: &str,
 ) -> Vec<Diagnostic> {
     error
         .into_iter()
@@ -241,9 +262,11 @@ fn syn_errors(
             let mut span = locate(error.span());
             if span == Span::default() {
                 // syn knows no place for the end of the input.
-                span = Span { start: length as u32, end: length as u32 };
+                span = Span { start: text.len() as u32, end: text.len() as u32 };
             }
-            Diagnostic::error(span, error.to_string(), "this is not Rust")
+            let mut diagnostic = Diagnostic::error(span, error.to_string(), "this is not Rust");
+            diagnostic.help = instead(&diagnostic.message, text, span).map(str::to_owned);
+            diagnostic
         })
         .collect()
 }
