@@ -13,6 +13,8 @@ pub mod derive;
 pub mod diagnostic;
 pub mod eval;
 pub mod exact;
+#[cfg(feature = "expand")]
+pub mod expand;
 pub mod formula;
 pub mod identities;
 pub mod kernel;

@@ -94,6 +94,12 @@ pub fn from_items(
     }
 }
 
+/// Whether tokens that come from elsewhere are fit to be parsed.
+#[cfg(feature = "expand")]
+pub(crate) fn check_limits(tokens: TokenStream) -> Result<(), Diagnostic> {
+    limits::check(tokens)
+}
+
 /// More errors than these help nobody.
 const MOST_ERRORS: usize = 100;
 

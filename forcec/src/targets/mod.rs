@@ -173,7 +173,7 @@ const PARTS: [(&str, bool, &str); 3] = [
 ];
 
 /// A body type's name in Rust.
-fn rust_body(row: &BodyRow, precision: Precision) -> String {
+pub(crate) fn rust_body(row: &BodyRow, precision: Precision) -> String {
     match precision {
         Precision::F64 => row.name.to_owned(),
         Precision::F32 => format!("{}F32", row.name),
