@@ -52,7 +52,10 @@ pub fn compile(source: &Source, wanted: &dyn Fn(&str) -> bool) -> Result<Compile
 }
 
 /// Compiles the force functions of a parsed file whose names are wanted.
-pub fn compile_file(file: &syntax::ast::File, wanted: &dyn Fn(&str) -> bool) -> Result<Compiled, Diagnostics> {
+pub fn compile_file(
+    file: &syntax::ast::File,
+    wanted: &dyn Fn(&str) -> bool,
+) -> Result<Compiled, Diagnostics> {
     let checked = check::check(file)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));

@@ -25,12 +25,9 @@ pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStr
     let read = match syn::parse2::<syn::Item>(item.clone()) {
         Ok(syn::Item::Fn(function)) => function,
         Ok(other) => {
-            let message = Diagnostic::error(
-                Span::default(),
-                format!("`#[{name}]` marks a function"),
-                "this is none",
-            )
-            .help("write it above `fn`; a module of force functions is marked `#[forces]`");
+            let message =
+                Diagnostic::error(Span::default(), format!("`#[{name}]` marks a function"), "this is none")
+                    .help("write it above `fn`; a module of force functions is marked `#[forces]`");
             return complaint(&message, first(&other), first(&other)).into_iter().chain(item).collect();
         }
         Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
@@ -42,7 +39,8 @@ pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStr
         Err(error) => return error.to_compile_error(),
     };
     let own = plain(&syn::Item::Fn(read.clone()));
-    let kernels = compiled(&[], &items, marked, &name_of(&read), &Precision::ALL);
+    let kernels =
+        compiled(&[], &items, marked, &Reading { name: &name_of(&read), alone: true }, &Precision::ALL);
     quote!(#own #kernels)
 }
 
@@ -58,9 +56,12 @@ pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
         });
         return quote!(#(#attributes)* #[domain(#options)] #rest);
     }
-    let message =
-        Diagnostic::error(Span::default(), "a domain belongs to a force function", "no attribute of one here")
-            .help("write `#[constraint]`, `#[energy]` or `#[force]` above it");
+    let message = Diagnostic::error(
+        Span::default(),
+        "a domain belongs to a force function",
+        "no attribute of one here",
+    )
+    .help("write `#[constraint]`, `#[energy]` or `#[force]` above it");
     let here = proc_macro2::Span::call_site();
     complaint(&message, here, here).into_iter().chain(item).collect()
 }
@@ -85,7 +86,7 @@ pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
         Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
     };
     let items = module.content.as_ref().map_or(&[][..], |(_, items)| items);
-    let kernels = compiled(&[], items, item, "forces", &precisions);
+    let kernels = compiled(&[], items, item, &Reading { name: "forces", alone: false }, &precisions);
     if let Some((_, items)) = &mut module.content {
         let own = items.iter().map(plain).map(syn::Item::Verbatim);
         *items = own.chain([syn::Item::Verbatim(kernels)]).collect();
@@ -125,7 +126,9 @@ pub fn file(input: TokenStream) -> TokenStream {
     });
     // So that cargo builds again when the file changes.
     let path = path.to_string_lossy();
-    let watched = quote!(const _: &[u8] = ::core::include_bytes!(#path););
+    let watched = quote!(
+        const _: &[u8] = ::core::include_bytes!(#path);
+    );
     let (compiled, ast) = match result {
         Ok(result) => result,
         Err(errors) => {
@@ -135,9 +138,14 @@ pub fn file(input: TokenStream) -> TokenStream {
     };
     if compiled.functions.is_empty() {
         let label = format!("`{path}` has none");
-        return failed("no force function", label, "mark one with `#[constraint]`, `#[energy]` or `#[force]`");
+        return failed(
+            "no force function",
+            label,
+            "mark one with `#[constraint]`, `#[energy]` or `#[force]`",
+        );
     }
-    let file = match TokenStream::from_str(&text).map_err(syn::Error::from).and_then(syn::parse2::<syn::File>) {
+    let file = match TokenStream::from_str(&text).map_err(syn::Error::from).and_then(syn::parse2::<syn::File>)
+    {
         Ok(file) => file,
         Err(error) => return error.to_compile_error(),
     };
@@ -177,7 +185,10 @@ impl Parse for Options {
         }
         let name: Ident = input.parse()?;
         if name != "real" {
-            return Err(syn::Error::new(name.span(), "unknown option\n\n  = help: the option is `real = f32`"));
+            return Err(syn::Error::new(
+                name.span(),
+                "unknown option\n\n  = help: the option is `real = f32`",
+            ));
         }
         input.parse::<syn::Token![=]>()?;
         let value: Ident = input.parse()?;
@@ -185,7 +196,8 @@ impl Parse for Options {
             "f32" => Precision::F32,
             "f64" => Precision::F64,
             _ => {
-                let message = "unknown precision\n\n  = note: neither `f32` nor `f64`\n  = help: write `real = f32`";
+                let message =
+                    "unknown precision\n\n  = note: neither `f32` nor `f64`\n  = help: write `real = f32`";
                 return Err(syn::Error::new(value.span(), message));
             }
         };
@@ -241,35 +253,51 @@ fn with_own_tokens<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
+/// What is being read.
+struct Reading<'a> {
+    /// What the module of its kernels is named after.
+    name: &'a str,
+    /// It is one function, which can use nothing that stands beside it.
+    alone: bool,
+}
+
 /// The kernels of items, or the messages about them.
 fn compiled(
     attributes: &[syn::Attribute],
     items: &[syn::Item],
     tokens: TokenStream,
-    name: &str,
+    reading: &Reading<'_>,
     precisions: &[Precision],
 ) -> TokenStream {
-    let mut places = Places::default();
-    places.add(tokens.clone());
-    let source = Source::new(name, String::new());
+    let places = Places::new(tokens.clone());
+    let source = Source::new(reading.name, places.text.as_str());
     let result = syntax::check_limits(tokens)
         .map_err(|error| Diagnostics::new(source.clone(), vec![Diagnostic { span: None, ..error }]))
-        .and_then(|()| {
-            syntax::from_items(source.clone(), attributes, items, |span| places.of(span))
-        })
+        .and_then(|()| syntax::from_items(source.clone(), attributes, items, |span| places.of(span)))
         .and_then(|ast| Ok((compile_file(&ast, &|_| true)?, ast)));
     match result {
         Ok((compiled, _)) if compiled.functions.is_empty() => {
             let here = proc_macro2::Span::call_site();
-            let message = Diagnostic::error(Span::default(), "no force function in this module", "there is none")
-                .help("mark one with `#[constraint]`, `#[energy]` or `#[force]`");
+            let message =
+                Diagnostic::error(Span::default(), "no force function in this module", "there is none")
+                    .help("mark one with `#[constraint]`, `#[energy]` or `#[force]`");
             complaint(&message, here, here)
         }
-        Ok((compiled, ast)) => kernels(&compiled.functions, &ast, &visibilities(items), name, precisions),
+        Ok((compiled, ast)) => {
+            kernels(&compiled.functions, &ast, &visibilities(items), reading.name, precisions)
+        }
         Err(errors) => {
-            let complaints = errors.list.iter().map(|error| {
+            let complaints = errors.list.into_iter().map(|mut error| {
                 let (start, end) = places.ends(error.span);
-                complaint(error, start, end)
+                let unknown = error.message.starts_with("unknown function")
+                    || error.message.starts_with("unknown name");
+                if reading.alone && unknown && error.help.is_none() {
+                    error.help = Some(
+                        "a function alone sees no other items; write `#[forces] mod …` around all of them"
+                            .to_owned(),
+                    );
+                }
+                complaint(&error, start, end)
             });
             complaints.collect()
         }
@@ -441,58 +469,69 @@ fn first(item: &syn::Item) -> proc_macro2::Span {
     tokens.map(|token| token.span()).next().unwrap_or_else(proc_macro2::Span::call_site)
 }
 
-/// The tokens of an input in order: between the compiler's places and ours, which count tokens.
+/// The tokens of an input in order, and as a text of their own: our places are places in that text.
 #[derive(Default)]
 struct Places {
-    tokens: Vec<proc_macro2::Span>,
-    by_start: HashMap<(usize, usize), u32>,
+    text: String,
+    tokens: Vec<(Span, proc_macro2::Span)>,
+    by_start: HashMap<(usize, usize), usize>,
 }
 
 impl Places {
-    fn add(&mut self, tokens: TokenStream) {
+    fn new(tokens: TokenStream) -> Places {
+        let mut places = Places::default();
         let mut pending = vec![tokens.into_iter()];
         // The closing brackets of the streams that are open.
-        let mut closing: Vec<proc_macro2::Span> = Vec::new();
+        let mut closing: Vec<(&str, proc_macro2::Span)> = Vec::new();
         while let Some(stream) = pending.last_mut() {
             match stream.next() {
                 Some(TokenTree::Group(group)) => {
-                    self.token(group.span_open());
-                    closing.push(group.span_close());
+                    let (open, close) = match group.delimiter() {
+                        Delimiter::Parenthesis => ("(", ")"),
+                        Delimiter::Brace => ("{", "}"),
+                        Delimiter::Bracket => ("[", "]"),
+                        Delimiter::None => ("", ""),
+                    };
+                    places.token(open, group.span_open());
+                    closing.push((close, group.span_close()));
                     pending.push(group.stream().into_iter());
                 }
-                Some(token) => self.token(token.span()),
+                Some(token) => places.token(&token.to_string(), token.span()),
                 None => {
                     pending.pop();
-                    if let Some(span) = closing.pop() {
-                        self.token(span);
+                    if let Some((close, span)) = closing.pop() {
+                        places.token(close, span);
                     }
                 }
             }
         }
+        places
     }
 
-    fn token(&mut self, span: proc_macro2::Span) {
+    fn token(&mut self, text: &str, span: proc_macro2::Span) {
         let start = span.start();
-        let index = self.tokens.len() as u32;
-        self.by_start.entry((start.line, start.column)).or_insert(index);
-        self.tokens.push(span);
+        self.by_start.entry((start.line, start.column)).or_insert(self.tokens.len());
+        let from = self.text.len() as u32;
+        self.text.push_str(text);
+        self.tokens.push((Span { start: from, end: self.text.len() as u32 }, span));
+        self.text.push(' ');
     }
 
-    /// Our place of a token: its number.
+    /// Our place of a token.
     fn of(&self, span: proc_macro2::Span) -> Span {
         let start = span.start();
-        match self.by_start.get(&(start.line, start.column)) {
-            Some(&index) => Span { start: index, end: index + 1 },
-            None => Span::default(),
-        }
+        let index = self.by_start.get(&(start.line, start.column));
+        index.map_or_else(Span::default, |index| self.tokens[*index].0)
     }
 
     /// The first and the last token of a place.
     fn ends(&self, span: Option<Span>) -> (proc_macro2::Span, proc_macro2::Span) {
         let here = proc_macro2::Span::call_site();
         let Some(span) = span.filter(|span| span.start < span.end) else { return (here, here) };
-        let at = |index: u32| self.tokens.get(index as usize).copied().unwrap_or(here);
-        (at(span.start), at(span.end - 1))
+        let first = self.tokens.partition_point(|(token, _)| token.start < span.start);
+        let last = self.tokens.partition_point(|(token, _)| token.end < span.end);
+        let at = |index: usize| self.tokens.get(index).map_or(here, |(_, span)| *span);
+        (at(first), at(last))
     }
 }
 

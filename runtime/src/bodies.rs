@@ -48,7 +48,12 @@ pub struct Wrench<R: RealField = f64> {
 impl<R: RealField + Copy> Default for Rigid<R> {
     fn default() -> Rigid<R> {
         let zero = Vector3::zeros();
-        Rigid { position: zero, orientation: UnitQuaternion::identity(), velocity: zero, angular_velocity: zero }
+        Rigid {
+            position: zero,
+            orientation: UnitQuaternion::identity(),
+            velocity: zero,
+            angular_velocity: zero,
+        }
     }
 }
 

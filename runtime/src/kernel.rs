@@ -56,12 +56,7 @@ pub trait Kernel: Clone + Default {
     /// Computes force and derivatives for the bodies at these indices, each an index into the array of its type.
     ///
     /// Panics if an index is out of range.
-    fn evaluate(
-        &mut self,
-        bodies: &Bodies<'_, Self::Real>,
-        indices: Self::Indices,
-        params: &Self::Params,
-    );
+    fn evaluate(&mut self, bodies: &Bodies<'_, Self::Real>, indices: Self::Indices, params: &Self::Params);
 
     /// F: N entries, the bodies in argument order.
     fn force(&self) -> &[Self::Real];

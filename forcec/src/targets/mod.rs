@@ -12,7 +12,7 @@ use crate::bodies::{
     Body, BodyKind, BodyRow, Domain, Field, Parameter, ParameterType, Role, Signature, Slot, indices,
 };
 use crate::exact::Exact;
-use crate::kernel::{File, Precision, Target};
+use crate::kernel::{File, Kernel, Precision, Target};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect};
 use crate::schedule::{Expression, Schedule, Statement};
@@ -36,6 +36,14 @@ pub fn emit(file: &File, target: Target) -> Vec<Generated> {
             named("forcec.h".to_owned(), c::header_common()),
         ],
         Target::Rust => vec![named(format!("{}.rs", file.stem), rust::module(file))],
+    }
+}
+
+/// The text of one kernel, as it stands in the file of the target that holds its code.
+pub fn kernel(kernel: &Kernel, target: Target, precision: Precision) -> String {
+    match target {
+        Target::C => c::definition(kernel, precision),
+        Target::Rust => rust::kernel_module(kernel, precision),
     }
 }
 
