@@ -101,7 +101,7 @@ fn a_build_script_shows_mistakes_as_cargo_does() {
     assert!(!output.status.success(), "{errors}");
     println!("{errors}");
     let shown =
-        "error: forcec-example-build-script@0.1.0: forces/bands.rs:14:29: unknown method `nrom_squared`";
+        "error: forcec-example-build-script@0.1.0: forces/bands.rs:14:30: unknown method `nrom_squared`";
     assert!(errors.contains(shown), "{errors}");
     assert!(errors.contains("did you mean `norm_squared`?"), "{errors}");
 }

@@ -1,0 +1,182 @@
+//! Small edits make small differences: of the kernel's lines, how many change when a constant, a parameter or a name does.
+//!
+//! Every library function is edited in every way there is one: each of its numbers made larger by a quarter; a parameter
+//! added at the end, unused, and used where a row or an energy can take an offset; each of its lets renamed.
+
+use forcec::compile::compile;
+use forcec::kernel::{Precision, Target};
+use forcec::span::Source;
+use forcec::targets;
+use forcec_tests::{library, parallel};
+use quote::{ToTokens, format_ident};
+use std::path::Path;
+use syn::visit_mut::{VisitMut, visit_expr_mut, visit_pat_ident_mut};
+
+const KINDS: [&str; 3] = ["constraint", "energy", "force"];
+
+/// What one edit does.
+struct Edit {
+    function: String,
+    what: String,
+    /// Changed lines of the kernel, of all its lines.
+    changed: usize,
+    lines: usize,
+}
+
+impl Edit {
+    fn share(&self) -> f64 {
+        self.changed as f64 / self.lines as f64
+    }
+}
+
+/// The kernel of one function of a file.
+fn kernel(file: &syn::File, name: &str) -> Option<String> {
+    let source = Source::new("edited.rs", prettyplease::unparse(file));
+    let compiled = compile(&source, &|wanted| wanted == name).ok()?;
+    Some(targets::kernel(&compiled.functions.first()?.kernel, Target::C, Precision::F64))
+}
+
+/// The lines of the first text that are not in the second, or those of the second that are not in the first: the more.
+fn changed(before: &str, after: &str) -> usize {
+    let (x, y): (Vec<&str>, Vec<&str>) = (before.lines().collect(), after.lines().collect());
+    let mut longest = vec![0; y.len() + 1];
+    for line in &x {
+        let mut diagonal = 0;
+        for (column, other) in y.iter().enumerate() {
+            let above = longest[column + 1];
+            longest[column + 1] = if line == other { diagonal + 1 } else { above.max(longest[column]) };
+            diagonal = above;
+        }
+    }
+    x.len().max(y.len()) - longest[y.len()]
+}
+
+/// Makes the number at one position larger by a quarter.
+struct Larger {
+    at: usize,
+    met: usize,
+    what: Option<String>,
+}
+
+impl VisitMut for Larger {
+    fn visit_lit_float_mut(&mut self, literal: &mut syn::LitFloat) {
+        let value: f64 = literal.base10_parse().unwrap();
+        if value == 0.0 {
+            return;
+        }
+        if self.met == self.at {
+            self.what = Some(format!("{literal} → {:?}", value * 1.25));
+            *literal = syn::LitFloat::new(&format!("{:?}", value * 1.25), literal.span());
+        }
+        self.met += 1;
+    }
+}
+
+/// Renames the variable that the let at one position binds, and all that are of its name.
+struct Renamed {
+    at: usize,
+    names: Vec<String>,
+    renaming: bool,
+}
+
+impl Renamed {
+    fn wanted(&self, ident: &syn::Ident) -> bool {
+        self.renaming && self.names.get(self.at).is_some_and(|name| ident == name)
+    }
+}
+
+impl VisitMut for Renamed {
+    fn visit_pat_ident_mut(&mut self, pattern: &mut syn::PatIdent) {
+        let name = pattern.ident.to_string();
+        if !self.renaming && !self.names.contains(&name) {
+            self.names.push(name);
+        } else if self.wanted(&pattern.ident) {
+            pattern.ident = format_ident!("{name}_new");
+        }
+        visit_pat_ident_mut(self, pattern);
+    }
+
+    fn visit_expr_mut(&mut self, expr: &mut syn::Expr) {
+        visit_expr_mut(self, expr);
+        if let syn::Expr::Path(path) = expr
+            && let Some(ident) = path.path.get_ident()
+            && self.wanted(ident)
+        {
+            path.path = format_ident!("{ident}_new").into();
+        }
+        if let syn::Expr::Struct(wrench) = expr {
+            // `force` alone is `force: force`.
+            wrench.fields.iter_mut().for_each(|field| field.colon_token = Some(Default::default()));
+        }
+    }
+}
+
+/// Every edit of the functions of a file.
+fn edits(stem: &str) -> Vec<Edit> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../constraints/{stem}.rs"));
+    let file = syn::parse_file(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let mut edits = Vec::new();
+    for (index, item) in file.items.iter().enumerate() {
+        let syn::Item::Fn(function) = item else { continue };
+        let kind = function.attrs.iter().find_map(|a| KINDS.into_iter().find(|kind| a.path().is_ident(kind)));
+        let Some(kind) = kind else { continue };
+        let name = function.sig.ident.to_string();
+        let before = kernel(&file, &name).expect("the library compiles");
+        let mut measure = |what: String, edited: &syn::ItemFn| {
+            let mut file = file.clone();
+            file.items[index] = syn::Item::Fn(edited.clone());
+            let after = kernel(&file, &name).unwrap_or_else(|| panic!("{name}: {what} does not compile"));
+            let changed = changed(&before, &after);
+            edits.push(Edit { function: name.clone(), what, changed, lines: before.lines().count() });
+        };
+        for at in 0.. {
+            let (mut edited, mut larger) = (function.clone(), Larger { at, met: 0, what: None });
+            larger.visit_block_mut(&mut edited.block);
+            let Some(what) = larger.what else { break };
+            measure(format!("constant: {what}"), &edited);
+        }
+        let mut added = function.clone();
+        added.sig.inputs.push(syn::parse_quote!(extra: Real));
+        measure("parameter: unused".to_owned(), &added);
+        let returned = function.sig.output.to_token_stream().to_string();
+        let first = function.sig.inputs.first().and_then(|argument| match argument {
+            syn::FnArg::Typed(argument) => Some(argument.pat.to_token_stream()),
+            syn::FnArg::Receiver(_) => None,
+        });
+        if let Some(syn::Stmt::Expr(value, None)) = added.block.stmts.last_mut() {
+            let old = value.clone();
+            match (kind, returned.as_str()) {
+                ("constraint", "-> Real") => *value = syn::parse_quote!((#old) - extra),
+                ("energy", _) => *value = syn::parse_quote!((#old) + extra * #first.position.z),
+                _ => continue,
+            }
+            measure("parameter: offset".to_owned(), &added);
+        }
+        for at in 0.. {
+            let (mut edited, mut renamed) =
+                (function.clone(), Renamed { at, names: Vec::new(), renaming: false });
+            renamed.visit_block_mut(&mut edited.block);
+            let Some(name) = renamed.names.get(at).cloned() else { break };
+            renamed.renaming = true;
+            renamed.visit_block_mut(&mut edited.block);
+            measure(format!("let: {name}"), &edited);
+        }
+    }
+    edits
+}
+
+#[test]
+fn small_edits_make_small_differences() {
+    let stems = library().into_iter().map(|file| file.stem).collect();
+    let all: Vec<Edit> = parallel(stems, |stem: String| edits(&stem)).into_iter().flatten().collect();
+    for kind in ["constant", "parameter: unused", "parameter: offset", "let"] {
+        let mut of_kind: Vec<&Edit> = all.iter().filter(|edit| edit.what.starts_with(kind)).collect();
+        of_kind.sort_by(|x, y| y.share().total_cmp(&x.share()));
+        let more = of_kind.iter().filter(|edit| edit.share() > 0.1).count();
+        let median = of_kind[of_kind.len() / 2].share();
+        println!("{kind}: {} edits, {more} change more than a tenth; median {median:.3}", of_kind.len());
+        for edit in of_kind.iter().take(more) {
+            println!("    {:.2}  {} / {}  {}: {}", edit.share(), edit.changed, edit.lines, edit.function, edit.what);
+        }
+    }
+}
