@@ -5,6 +5,7 @@
 
 use crate::compile::{Compiled, compile};
 use crate::diagnostic::Diagnostics;
+use crate::identifiers::defined_for;
 use crate::kernel::{File, Precision, Target};
 use crate::span::Source;
 use crate::{syntax, targets};
@@ -167,26 +168,35 @@ fn read(path: &Path) -> Result<String, String> {
     })
 }
 
-/// Kernels of one name, and files whose outputs would overwrite each other.
+/// Kernels of different files that define the same names.
 pub(crate) fn duplicates(units: &[Unit]) -> Vec<String> {
     let mut errors = Vec::new();
-    let mut kernels: BTreeMap<&str, &Unit> = BTreeMap::new();
-    for unit in units {
+    let mut defined: BTreeMap<(Target, String), (usize, &str)> = BTreeMap::new();
+    for (index, unit) in units.iter().enumerate() {
         for function in &unit.compiled.functions {
             let name = function.definition.name.as_str();
-            if let Some(first) = kernels.insert(name, unit) {
-                let place = |unit: &Unit| {
-                    let kernel = unit.compiled.functions.iter().find(|k| k.definition.name == name);
-                    let offset = kernel.map_or(0, |k| k.definition.span.start);
-                    let (line, column) = unit.compiled.source.line_column(offset);
-                    format!(" --> {}:{line}:{column}", unit.compiled.source.name)
-                };
-                errors.push(format!(
-                    "error: two kernels are named `{name}`\n{}\n{}\n  = help: rename one of the functions",
-                    place(first),
-                    place(unit)
-                ));
+            let mut meets = None;
+            for item in defined_for(name).into_iter().filter(|(target, _)| *target == Target::C) {
+                let first = *defined.entry(item).or_insert((index, name));
+                meets = meets.or((first != (index, name)).then_some(first));
             }
+            let Some((first, other)) = meets else { continue };
+            let place = |unit: &Unit, name: &str| {
+                let kernel = unit.compiled.functions.iter().find(|k| k.definition.name == name);
+                let offset = kernel.map_or(0, |k| k.definition.span.start);
+                let (line, column) = unit.compiled.source.line_column(offset);
+                format!(" --> {}:{line}:{column}", unit.compiled.source.name)
+            };
+            let what = if name == other {
+                format!("two kernels are named `{name}`")
+            } else {
+                format!("the kernels of `{name}` and `{other}` meet")
+            };
+            errors.push(format!(
+                "error: {what}\n{}\n{}\n  = help: rename one of the functions",
+                place(&units[first], other),
+                place(unit, name)
+            ));
         }
     }
     errors

@@ -1,16 +1,8 @@
 //! What the targets print: scheduled kernels, and the file they stand in.
 
+pub use crate::identifiers::Target;
 use crate::schedule::Schedule;
 use std::fmt;
-
-/// A language kernels are printed in.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Target {
-    /// C99
-    C,
-    /// Rust
-    Rust,
-}
 
 /// A floating point format.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]

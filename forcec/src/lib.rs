@@ -18,6 +18,7 @@ pub mod exact;
 pub mod expand;
 mod files;
 pub mod formula;
+pub mod identifiers;
 pub mod identities;
 pub mod kernel;
 pub mod library;

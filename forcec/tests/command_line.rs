@@ -301,6 +301,12 @@ fn kernels_and_files_have_one_name_each() {
         &message,
         &["error: two kernels are named `spring`\n --> one/a.rs:2:8\n --> two/b.rs:2:8\n", "= help: rename"],
     );
+    place.write("meets/a.rs", SPRING.replace("spring", "spring_out"));
+    let message = place.refused("build one meets --out out");
+    assert_has(
+        &message,
+        &["error: the kernels of `spring_out` and `spring` meet\n --> one/a.rs:2:8\n --> meets"],
+    );
     place.succeeds("build one two/c.rs --out out");
     // Two files of one stem.
     place.write("one/c.rs", SPRING.replace("spring", "other"));

@@ -3,13 +3,14 @@
 //! In: a compiled force function. Out: states of order one from the check's own generator: random ones, at rest, and with
 //! identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit arithmetic.
 
-use crate::Random;
+use crate::{ForceFile, Random, pipe};
 use forcec::compile::Stages;
 use forcec::kernel::Precision;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Array, Family, Inputs, Subject};
 use std::collections::BTreeSet;
 use std::fmt;
+use std::path::Path;
 
 /// States a kernel and precision.
 pub const STATES: usize = 20;
@@ -174,6 +175,35 @@ pub fn misses(function: &Stages, precision: Precision, case: &Case, computed: &[
         worst.push(miss);
     }
     worst
+}
+
+/// Runs a program of [`crate::driver`] over all kernels of a file, and says how far each is off.
+pub fn compare(
+    file: &ForceFile,
+    program: &Path,
+    precisions: &[Precision],
+    reference: Reference,
+) -> Vec<(Precision, Miss)> {
+    let mut all = Vec::new();
+    for function in &file.compiled.functions {
+        for &precision in precisions {
+            all.push((function, precision, cases(function, precision, reference)));
+        }
+    }
+    let cases = all.iter().flat_map(|(_, _, cases)| cases);
+    let input: Vec<f64> = cases.flat_map(|case| case.inputs.iter().copied()).collect();
+    let output = pipe(program, &input);
+    let mut output = output.as_slice();
+    let mut found = Vec::new();
+    for (function, precision, cases) in &all {
+        for case in cases {
+            let (here, rest) = output.split_at(case.expected.len());
+            output = rest;
+            found.extend(misses(function, *precision, case, here).into_iter().map(|miss| (*precision, miss)));
+        }
+    }
+    assert!(output.is_empty(), "{}: the driver writes what was asked for", file.stem);
+    found
 }
 
 /// The largest change of some outputs when every input that is not zero moves to a number next to it, up or down at random:

@@ -5,7 +5,8 @@
 //! likewise. Structs are filled and read as memory, so that a field out of order shows.
 
 use forcec::bodies::Signature;
-use forcec::kernel::{File, Precision};
+use forcec::identifiers::kernel_name;
+use forcec::kernel::{File, Precision, Target};
 use std::fmt::Write;
 
 /// How many reals a kernel takes.
@@ -62,7 +63,9 @@ pub fn c(file: &File, states: usize) -> String {
     let mut calls = String::new();
     for kernel in &file.kernels {
         for &precision in &file.precisions {
-            let (name, signature) = (&kernel.name, &kernel.schedule.signature);
+            let signature = &kernel.schedule.signature;
+            let named = |part: &str| kernel_name(&kernel.name, Target::C, &format!("{part}_{precision}"));
+            let (name, parameters, results) = (named(""), named("_params"), named("_out"));
             let mut declared = String::new();
             let mut taken = String::new();
             let mut arguments: Vec<String> = Vec::new();
@@ -71,7 +74,7 @@ pub fn c(file: &File, states: usize) -> String {
                 arguments.push(format!("body_{index}"));
             }
             if !signature.parameters.is_empty() {
-                let _ = writeln!(declared, "    {name}_params_{precision} parameters;");
+                let _ = writeln!(declared, "    {parameters} parameters;");
                 arguments.push("parameters".to_owned());
             }
             for argument in &arguments {
@@ -82,12 +85,12 @@ pub fn c(file: &File, states: usize) -> String {
             let arguments = arguments.join(", ");
             let _ = write!(
                 text,
-                "\nstatic void run_{name}_{precision}(void)\n{{\n{declared}    static {name}_out_{precision} results;\n\
+                "\nstatic void run_{name}(void)\n{{\n{declared}    static {results} results;\n\
                  \x20   for (int state = 0; state < {states}; state++) {{\n{taken}\
-                 \x20       memset(&results, 0xff, sizeof results);\n        {name}_{precision}({arguments});\n\
+                 \x20       memset(&results, 0xff, sizeof results);\n        {name}({arguments});\n\
                  \x20       give_{precision}(&results, sizeof results);\n    }}\n}}\n"
             );
-            let _ = writeln!(calls, "    run_{name}_{precision}();");
+            let _ = writeln!(calls, "    run_{name}();");
         }
     }
     let _ = write!(text, "\nint main(void)\n{{\n{calls}    return 0;\n}}\n");
@@ -146,9 +149,10 @@ pub fn rust(file: &File, states: usize) -> String {
     for kernel in &file.kernels {
         for &precision in &file.precisions {
             let signature = &kernel.schedule.signature;
+            let named = |suffix| kernel_name(&kernel.name, Target::Rust, suffix);
             let (module, suffix) = match precision {
-                Precision::F64 => (kernel.name.clone(), ""),
-                Precision::F32 => (format!("{}_f32", kernel.name), "F32"),
+                Precision::F64 => (named(""), ""),
+                Precision::F32 => (named("_f32"), "F32"),
             };
             let mut filled = String::new();
             let mut arguments: Vec<String> = Vec::new();

@@ -85,6 +85,20 @@ pub fn run(folder: &Path, program: &str, arguments: &[&str]) {
     assert!(output.status.success(), "{program} {arguments:?} in {}\n{text}{errors}", folder.display());
 }
 
+/// Compiles `STEM.rs` and has clippy and rustfmt look at it; nobody may say anything.
+pub fn lint(folder: &Path, stem: &str) {
+    let file = format!("{stem}.rs");
+    let library = format!("#![deny(missing_docs)]\n//! A crate.\n\npub mod {stem};\n");
+    // Nothing above this folder may tell rustfmt or clippy what to accept.
+    for (name, text) in [("lib.rs", library.as_str()), ("rustfmt.toml", ""), ("clippy.toml", "")] {
+        std::fs::write(folder.join(name), text).expect("the build folder can be written");
+    }
+    run(folder, "rustfmt", &["--edition", "2024", "--check", &file]);
+    let strict = ["--edition", "2024", "-D", "warnings", "--crate-type", "lib", "--emit", "metadata"];
+    run(folder, "rustc", &[&strict[..], &[&file]].concat());
+    run(folder, "clippy-driver", &[&strict[..], &["-D", "clippy::all", "lib.rs"]].concat());
+}
+
 /// Runs a program that turns doubles into doubles, both as the machine stores them.
 pub fn pipe(program: &Path, input: &[f64]) -> Vec<f64> {
     let input_path = program.with_extension("in");

@@ -176,7 +176,14 @@ fn small_edits_make_small_differences() {
         let median = of_kind[of_kind.len() / 2].share();
         println!("{kind}: {} edits, {more} change more than a tenth; median {median:.3}", of_kind.len());
         for edit in of_kind.iter().take(more) {
-            println!("    {:.2}  {} / {}  {}: {}", edit.share(), edit.changed, edit.lines, edit.function, edit.what);
+            println!(
+                "    {:.2}  {} / {}  {}: {}",
+                edit.share(),
+                edit.changed,
+                edit.lines,
+                edit.function,
+                edit.what
+            );
         }
     }
 }

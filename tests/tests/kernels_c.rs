@@ -5,8 +5,8 @@
 
 use forcec::kernel::{Precision, Target};
 use forcec::targets;
-use forcec_tests::cases::{Miss, Reference, STATES, cases, judge, misses};
-use forcec_tests::{ForceFile, driver, folder, library, parallel, pipe, run, unseen};
+use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
+use forcec_tests::{ForceFile, driver, folder, library, parallel, run, unseen};
 use std::time::Instant;
 
 const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2"];
@@ -22,27 +22,7 @@ fn measure(file: &ForceFile, folder: &std::path::Path) -> Vec<(Precision, Miss)>
     let source = format!("{}.c", file.stem);
     run(folder, "cc", &[&STRICT[..], &["-c", &source, "-o", "kernels.o"]].concat());
     run(folder, "cc", &["-std=c99", "-O1", "driver.c", "kernels.o", "-lm", "-o", "driver"]);
-    let mut input = Vec::new();
-    let mut all = Vec::new();
-    for function in &file.compiled.functions {
-        for precision in PRECISIONS {
-            let cases = cases(function, precision, Reference::Source);
-            input.extend(cases.iter().flat_map(|case| case.inputs.iter().copied()));
-            all.push((function, precision, cases));
-        }
-    }
-    let output = pipe(&folder.join("driver"), &input);
-    let mut output = output.as_slice();
-    let mut found = Vec::new();
-    for (function, precision, cases) in &all {
-        for case in cases {
-            let (here, rest) = output.split_at(case.expected.len());
-            output = rest;
-            found.extend(misses(function, *precision, case, here).into_iter().map(|miss| (*precision, miss)));
-        }
-    }
-    assert!(output.is_empty(), "{}: the driver writes what was asked for", file.stem);
-    found
+    compare(file, &folder.join("driver"), &PRECISIONS, Reference::Source)
 }
 
 #[test]

@@ -3,8 +3,9 @@
 use super::types::Type;
 use crate::bodies::BodyKind;
 use crate::diagnostic::Diagnostic;
+use crate::identifiers::{Target, defined_for};
 use crate::span::Span;
-use crate::syntax::ast::{Constant, File, Function, Name};
+use crate::syntax::ast::{Constant, File, Function, FunctionKind, Name};
 use std::collections::BTreeMap;
 
 /// What a file defines.
@@ -76,6 +77,7 @@ impl<'a> Program<'a> {
                 program.constant_names.insert(&constant.name.text, index);
             }
         }
+        meetings(&file.functions, diagnostics);
         program
     }
 
@@ -105,6 +107,28 @@ impl<'a> Program<'a> {
     }
 }
 
+/// Kernels of which something is called as something of an earlier one is.
+fn meetings(functions: &[Function], diagnostics: &mut Vec<Diagnostic>) {
+    let mut defined: BTreeMap<(Target, String), &str> = BTreeMap::new();
+    for kernel in functions.iter().filter(|function| function.kind != FunctionKind::Helper) {
+        let name = kernel.name.text.as_str();
+        let mut meets = None;
+        for item in defined_for(name) {
+            let first = *defined.entry(item.clone()).or_insert(name);
+            meets = meets.or((first != name).then_some((first, item.1)));
+        }
+        let Some((first, item)) = meets else { continue };
+        diagnostics.push(
+            Diagnostic::error(
+                kernel.name.span,
+                format!("the kernels of `{name}` and `{first}` meet"),
+                format!("both define `{item}`"),
+            )
+            .help("choose another name"),
+        );
+    }
+}
+
 /// What already has a name.
 fn built_in(name: &str) -> Option<&'static str> {
     if BodyKind::named(name).is_some() {
@@ -112,6 +136,9 @@ fn built_in(name: &str) -> Option<&'static str> {
     }
     if Type::named(name).is_some() {
         return Some("a type");
+    }
+    if name.starts_with("forcec_") {
+        return Some("what is in `forcec.h`");
     }
     (name == PI).then_some("a constant")
 }

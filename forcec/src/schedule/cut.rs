@@ -4,6 +4,7 @@
 //! Widths are the widest of all targets, so that every target's lines are the same; rustfmt leaves such lines alone.
 
 use crate::bodies::{Signature, Slot};
+use crate::identifiers::{Target, spelled};
 use crate::ops::Function;
 use crate::schedule::build::{Builder, quotient, sum};
 use crate::schedule::{Expression, Variable};
@@ -61,12 +62,13 @@ impl std::ops::Add for Size {
 
 /// The width of an entry of an argument.
 pub(super) fn input_width(signature: &Signature, slot: Slot) -> usize {
+    let width = |name: &str| spelled(name, Target::Rust).len();
     match signature.bodies.get(slot.argument as usize) {
-        Some(body) => body.name.len() + body.kind.row().fields[slot.field as usize].name.len() + 6,
+        Some(body) => width(&body.name) + body.kind.row().fields[slot.field as usize].name.len() + 6,
         None => {
             let parameter = signature.parameter(slot).expect("a slot names an argument");
             let indices = parameter.ty.extents().len() * if slot.offset < 10 { 3 } else { 4 };
-            "params->".len() + parameter.name.len() + indices
+            "params->".len() + width(&parameter.name) + indices
         }
     }
 }

@@ -11,8 +11,6 @@ mod names;
 pub mod print;
 mod run;
 
-pub use names::{argument_name, body_name};
-
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::{Cost, Function};

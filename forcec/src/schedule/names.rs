@@ -7,88 +7,12 @@
 
 use crate::bodies::{Role, Signature, Slot};
 use crate::exact::Exact;
+use crate::identifiers::{Arguments, Target, is_no_local, spelled};
 use crate::ops::Function;
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::{Output, Part};
 use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
-use std::sync::LazyLock;
-
-/// Keywords of C99 and of C++20, and the macros of `<math.h>` and common platforms that are spelled like names.
-const C_WORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t \
-    char8_t class co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue \
-    decltype default delete do double dynamic_cast else enum explicit export extern false float for friend goto if \
-    inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
-    register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast struct \
-    switch template this thread_local throw true try typedef typeid typename typeof union unsigned using virtual void \
-    volatile wchar_t while xor xor_eq _Bool _Complex _Imaginary NULL NAN INFINITY HUGE_VAL HUGE_VALF HUGE_VALL EOF I";
-
-/// Keywords of Rust.
-const RUST_WORDS: &str = "abstract as async await become box break const continue crate do dyn else enum extern false \
-    final fn for gen if impl in let loop macro match mod move mut override priv pub ref return self static struct \
-    super trait true try type typeof union unsafe unsized use virtual where while yield f32 f64 bool usize core std";
-
-/// Functions of `<math.h>`, without the suffixes `f` and `l`, and other words that a local name should not hide or
-/// that a platform's headers define.
-const C_FUNCTIONS: &str = "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 \
-    fabs fdim floor fma fmax fmin fmod frexp gamma hypot ilogb ldexp lgamma llrint llround log log10 log1p log2 logb \
-    lrint lround modf nan nearbyint nextafter nexttoward pow remainder remquo rint round scalbln scalbn signbit sin \
-    sinh sqrt tan tanh tgamma trunc j0 j1 jn y0 y1 yn drem finite significand scalb exp10 pow10 sincos isnan isinf \
-    isfinite isnormal fpclassify signgam abs labs div index main printf malloc free errno time clock near far min max \
-    small hyper interface linux unix i386 stdin stdout stderr NULL evaluate";
-
-fn is_in(word: &str, list: &str) -> bool {
-    list.split_ascii_whitespace().any(|entry| entry == word)
-}
-
-/// The name of a parameter or of a body in every target: the author's, with `_` behind it where it would collide.
-pub fn argument_name(name: &str) -> String {
-    let collides = is_in(name, C_WORDS) || name == "out" || name == "params";
-    if collides { format!("{name}_") } else { plain(name, false) }
-}
-
-/// The name of a body argument: [`argument_name`], which must not hide a function either.
-pub fn body_name(name: &str) -> String {
-    if is_reserved(name) { format!("{name}_") } else { argument_name(name) }
-}
-
-fn is_reserved(name: &str) -> bool {
-    static WORDS: LazyLock<FxHashSet<String>> = LazyLock::new(|| {
-        let words = [C_WORDS, RUST_WORDS, C_FUNCTIONS, "out params"]
-            .into_iter()
-            .flat_map(str::split_ascii_whitespace);
-        let functions = C_FUNCTIONS.split_ascii_whitespace();
-        let suffixed = functions.flat_map(|name| [format!("{name}f"), format!("{name}l")]);
-        words.map(str::to_owned).chain(suffixed).collect()
-    });
-    WORDS.contains(name) || has_reserved_prefix(name)
-}
-
-/// Whether a name begins like one of our own functions and types.
-fn has_reserved_prefix(name: &str) -> bool {
-    ["forcec_", "cos_sqrt_", "angle_ratio_"].iter().any(|prefix| name.starts_with(prefix))
-}
-
-/// A name in ASCII: Greek letters are spelled, everything else that is no letter or digit becomes `_`.
-fn plain(name: &str, lower: bool) -> String {
-    const GREEK: [&str; 25] = [
-        "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda",
-        "mu", "nu", "xi", "omicron", "pi", "rho", "sigma", "sigma", "tau", "upsilon", "phi", "chi", "psi",
-        "omega",
-    ];
-    let mut text = String::new();
-    for letter in name.chars() {
-        match letter {
-            'a'..='z' | '0'..='9' | '_' => text.push(letter),
-            'A'..='Z' if lower => text.push(letter.to_ascii_lowercase()),
-            'A'..='Z' => text.push(letter),
-            'α'..='ω' => text.push_str(GREEK[letter as usize - 'α' as usize]),
-            'Α'..='Ω' => text.push_str(GREEK[letter as usize - 'Α' as usize]),
-            _ => text.push('_'),
-        }
-    }
-    text
-}
 
 /// The longest name of a temporary; a longer one loses its middle.
 const LONGEST: usize = 27;
@@ -96,19 +20,12 @@ const LONGEST: usize = 27;
 /// The longest stem of a numbered name.
 const LONGEST_STEM: usize = 18;
 
-/// A temporary's name without double or outer underscores, and short enough.
+/// A temporary's name without outer underscores, and short enough. Temporaries are spelled alike in all targets.
 fn tidy(name: &str) -> String {
-    let words: Vec<String> =
-        plain(name, true).split('_').filter(|w| !w.is_empty()).map(str::to_owned).collect();
-    let mut text = words.join("_");
-    if text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit()) {
-        text = format!("x{text}");
-    }
-    if has_reserved_prefix(&text) {
-        // No number behind it could free such a name.
-        text = format!("x_{text}");
-    }
-    shorten(&text, LONGEST)
+    let text = spelled(name, Target::Rust);
+    let text = text.trim_matches('_');
+    let digit = text.starts_with(|c: char| c.is_ascii_digit());
+    shorten(&if digit { format!("x{text}") } else { text.to_owned() }, LONGEST)
 }
 
 /// A name of at most that length: one that is longer loses its middle.
@@ -135,9 +52,9 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    /// The names of the arguments.
+    /// The names of the bodies.
     pub(super) fn by(signature: &Signature) -> Taken {
-        let bodies = signature.bodies.iter().map(|body| body_name(&body.name));
+        let bodies = Target::ALL.into_iter().flat_map(|target| Arguments::new(signature, target).bodies);
         Taken { names: bodies.collect(), next: FxHashMap::default() }
     }
 
@@ -169,7 +86,7 @@ impl Taken {
     }
 
     fn is_free(&mut self, name: &str) -> bool {
-        !is_reserved(name) && self.names.insert(name.to_owned())
+        !is_no_local(name) && self.names.insert(name.to_owned())
     }
 }
 
@@ -323,7 +240,7 @@ fn told(
 
 #[cfg(test)]
 mod tests {
-    use super::{LONGEST, Taken, argument_name, body_name};
+    use super::{LONGEST, Taken};
     use crate::bodies::Signature;
 
     #[test]
@@ -337,7 +254,9 @@ mod tests {
             ("int", "int_2"),
             ("match", "match_2"),
             ("sinf", "sinf_2"),
-            ("λ", "lambda"),
+            ("cos_sqrt_1", "cos_sqrt_1_2"),
+            ("x_f64", "x_f64_2"),
+            ("restLength", "rest_length"),
             ("__K__t", "k_t"),
             ("3d", "x3d"),
         ] {
@@ -346,16 +265,5 @@ mod tests {
         assert!(taken.claim("a_name_of_more_than_twenty_seven_letters").len() <= LONGEST);
         assert_eq!(taken.part("pa_x"), "pa_x_p1");
         assert_eq!(taken.part("pa_x"), "pa_x_p2");
-    }
-
-    #[test]
-    fn arguments_that_collide_get_a_trailing_underscore() {
-        assert_eq!(argument_name("double"), "double_");
-        assert_eq!(argument_name("template"), "template_");
-        assert_eq!(argument_name("params"), "params_");
-        assert_eq!(argument_name("sin"), "sin");
-        assert_eq!(body_name("sin"), "sin_");
-        assert_eq!(body_name("out"), "out_");
-        assert_eq!(body_name("wheel"), "wheel");
     }
 }

@@ -5,10 +5,11 @@
 
 use crate::bodies::{BODIES, ParameterType, Signature, Slot};
 use crate::exact::Exact;
+use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect};
-use crate::schedule::{Output, Part, Variable, argument_name, body_name};
+use crate::schedule::{Output, Part, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{PARTS, body, decimal, field_summary, parameter_summary, reads, slot_path, template};
 use std::f64::consts::PI;
@@ -65,7 +66,7 @@ pub fn header_common() -> String {
 /// The definition of a special function.
 fn special(function: Function, routine: &Routine, precision: Precision) -> String {
     let empty = Signature::default();
-    let dialect = C { signature: &empty, precision };
+    let dialect = C::new(&empty, precision);
     let real = real(precision);
     let name = template(function.row().c, function, precision);
     let name = name.split('(').next().unwrap_or_default();
@@ -114,17 +115,23 @@ pub fn header(file: &File) -> String {
     text
 }
 
+/// A kernel's function or one of its structs.
+fn named(kernel: &Kernel, part: &str, precision: Precision) -> String {
+    kernel_name(&kernel.name, Target::C, &format!("{part}_{precision}"))
+}
+
 fn declaration(kernel: &Kernel, precision: Precision) -> String {
-    let (name, real) = (&kernel.name, real(precision));
+    let real = real(precision);
     let signature = &kernel.schedule.signature;
     let mut text = String::new();
     if !signature.parameters.is_empty() {
         text.push_str("typedef struct {\n");
-        for parameter in &signature.parameters {
-            let field = format!("{}{}", argument_name(&parameter.name), extents(&parameter.ty));
+        let names = Arguments::new(signature, Target::C).parameters;
+        for (parameter, name) in signature.parameters.iter().zip(names) {
+            let field = format!("{name}{}", extents(&parameter.ty));
             text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
         }
-        text.push_str(&format!("}} {name}_params_{precision};\n\n"));
+        text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
     }
     let freedoms = signature.freedoms();
     text.push_str("typedef struct {\n");
@@ -132,7 +139,7 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
         let extents = if matrix { format!("[{freedoms}][{freedoms}]") } else { format!("[{freedoms}]") };
         text.push_str(&format!("    {real} {part}{extents}; /* {} */\n", summary.replace('`', "")));
     }
-    text.push_str(&format!("}} {name}_out_{precision};\n\n"));
+    text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
     text.push_str(&comment(&kernel.docs, ""));
     text.push_str(&format!("{};\n", prototype(kernel, precision)));
     text
@@ -145,14 +152,14 @@ fn extents(ty: &ParameterType) -> String {
 fn prototype(kernel: &Kernel, precision: Precision) -> String {
     let signature = &kernel.schedule.signature;
     let mut arguments: Vec<String> = Vec::new();
-    for body in &signature.bodies {
-        arguments.push(format!("const {}_{precision} *{}", body.kind.row().c_name, body_name(&body.name)));
+    for (body, name) in signature.bodies.iter().zip(Arguments::new(signature, Target::C).bodies) {
+        arguments.push(format!("const {}_{precision} *{name}", body.kind.row().c_name));
     }
     if !signature.parameters.is_empty() {
-        arguments.push(format!("const {}_params_{precision} *params", kernel.name));
+        arguments.push(format!("const {} *params", named(kernel, "_params", precision)));
     }
-    arguments.push(format!("{}_out_{precision} *out", kernel.name));
-    let head = format!("void {}_{precision}(", kernel.name);
+    arguments.push(format!("{} *out", named(kernel, "_out", precision)));
+    let head = format!("void {}(", named(kernel, "", precision));
     let mut text = head.clone();
     let mut column = head.len();
     for (index, argument) in arguments.iter().enumerate() {
@@ -195,15 +202,15 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     let mut text = comment(&remark, "");
     text.push_str(&format!("{}\n{{\n", prototype(kernel, precision)));
     let (bodies, parameters) = reads(schedule);
-    for (body, read) in schedule.signature.bodies.iter().zip(bodies) {
+    let dialect = C::new(&schedule.signature, precision);
+    for (name, read) in dialect.names.bodies.iter().zip(bodies) {
         if !read {
-            text.push_str(&format!("    (void){};\n", body_name(&body.name)));
+            text.push_str(&format!("    (void){name};\n"));
         }
     }
     if !parameters && !schedule.signature.parameters.is_empty() {
         text.push_str("    (void)params;\n");
     }
-    let dialect = C { signature: &schedule.signature, precision };
     text.push_str(&body(&dialect, schedule, "    "));
     text.push_str("}\n");
     text
@@ -255,10 +262,15 @@ fn literal(value: &Exact, precision: Precision) -> String {
 /// How C spells statements.
 struct C<'a> {
     signature: &'a Signature,
+    names: Arguments,
     precision: Precision,
 }
 
 impl C<'_> {
+    fn new(signature: &Signature, precision: Precision) -> C<'_> {
+        C { signature, names: Arguments::new(signature, Target::C), precision }
+    }
+
     fn place(&self, output: Output) -> String {
         match output.part {
             Part::Force => format!("out->force[{}]", output.row),
@@ -294,7 +306,7 @@ impl Dialect for C<'_> {
     }
 
     fn input(&self, slot: Slot) -> String {
-        slot_path(self.signature, slot, "->")
+        slot_path(self.signature, &self.names, slot, "->")
     }
 
     fn function(&self, function: Function) -> String {

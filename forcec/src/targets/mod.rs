@@ -12,6 +12,7 @@ use crate::bodies::{
     Body, BodyKind, BodyRow, Domain, Field, Parameter, ParameterType, Role, Signature, Slot, indices,
 };
 use crate::exact::Exact;
+use crate::identifiers::Arguments;
 use crate::kernel::{File, Kernel, Precision, Target};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect};
@@ -69,27 +70,18 @@ fn template(template: &str, function: Function, precision: Precision) -> String 
         .replace("{n}", &order)
 }
 
-/// A parameter's slot as field and indices: `arm_a[2]`, `m[0][1]`.
-fn parameter_path(parameter: &Parameter, slot: Slot) -> String {
-    let mut path = crate::schedule::argument_name(&parameter.name);
+/// A slot as an expression: `a->position[2]`, `params->m[0][1]`; `arrow` reaches from an argument to its fields.
+fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str) -> String {
+    let argument = slot.argument as usize;
+    let Some(parameter) = signature.parameter(slot) else {
+        let field = &signature.bodies[argument].kind.row().fields[slot.field as usize];
+        return format!("{}{arrow}{}[{}]", names.bodies[argument], field.name, slot.offset);
+    };
+    let mut path = format!("params{arrow}{}", names.parameters[argument - signature.bodies.len()]);
     for index in indices(&parameter.ty.extents(), slot.offset) {
         path.push_str(&format!("[{index}]"));
     }
     path
-}
-
-/// A slot as an expression; `arrow` reaches from an argument to its fields.
-fn slot_path(signature: &Signature, slot: Slot, arrow: &str) -> String {
-    match signature.bodies.get(slot.argument as usize) {
-        Some(body) => {
-            let field = &body.kind.row().fields[slot.field as usize];
-            format!("{}{arrow}{}[{}]", crate::schedule::body_name(&body.name), field.name, slot.offset)
-        }
-        None => {
-            let parameter = signature.parameter(slot).expect("a slot names an argument");
-            format!("params{arrow}{}", parameter_path(parameter, slot))
-        }
-    }
 }
 
 /// The statements, a blank line before every heading but the first.

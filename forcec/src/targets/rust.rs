@@ -6,10 +6,11 @@
 
 use crate::bodies::{ParameterType, Signature, Slot};
 use crate::exact::Exact;
+use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect};
-use crate::schedule::{Output, Part, Statement, Variable, argument_name, body_name};
+use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
     PARTS, body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path,
@@ -63,10 +64,11 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text.push_str(&imports(signature, precision));
     text.push_str(&constants(kernel));
     if !signature.parameters.is_empty() {
-        let fields = signature.parameters.iter().map(|parameter| {
-            let ty = array(&parameter.ty, precision);
-            (argument_name(&parameter.name), ty, parameter_summary(parameter))
-        });
+        let names = Arguments::new(signature, Target::Rust).parameters;
+        let fields =
+            signature.parameters.iter().zip(names).map(|(parameter, name)| {
+                (name, array(&parameter.ty, precision), parameter_summary(parameter))
+            });
         let short = signature.parameters.iter().all(|p| p.ty.extents().iter().all(|&n| n <= 32));
         text.push('\n');
         text.push_str(&structure(
@@ -91,7 +93,7 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     }
     text.push_str("\n    /// Computes the force and its derivatives; every entry of `out` is written.\n");
     text.push_str(&evaluate_head(kernel));
-    let dialect = Rust { signature, precision, indent: 8 };
+    let dialect = Rust::new(signature, precision, 8);
     text.push_str(&body(&dialect, schedule, "        "));
     text.push_str("    }\n}\n");
     text
@@ -181,10 +183,8 @@ fn list(items: &[String]) -> String {
 
 /// The name of a kernel's module.
 pub fn module_name(kernel: &Kernel, precision: Precision) -> String {
-    match precision {
-        Precision::F64 => kernel.name.clone(),
-        Precision::F32 => format!("{}_f32", kernel.name),
-    }
+    let suffix = if precision == Precision::F32 { "_f32" } else { "" };
+    kernel_name(&kernel.name, Target::Rust, suffix)
 }
 
 fn documentation(kernel: &Kernel) -> String {
@@ -256,8 +256,9 @@ fn evaluate_head(kernel: &Kernel) -> String {
     let (bodies, parameters) = reads(&kernel.schedule);
     let unused = |read: bool| if read { "" } else { "_" };
     let mut arguments: Vec<String> = Vec::new();
-    for (body, read) in signature.bodies.iter().zip(bodies) {
-        arguments.push(format!("{}{}: &{}", unused(read), body_name(&body.name), body.kind.row().name));
+    let names = Arguments::new(signature, Target::Rust).bodies;
+    for ((body, name), read) in signature.bodies.iter().zip(names).zip(bodies) {
+        arguments.push(format!("{}{name}: &{}", unused(read), body.kind.row().name));
     }
     if !signature.parameters.is_empty() {
         arguments.push(format!("{}params: &Params", unused(parameters)));
@@ -281,7 +282,7 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
     let mut text = format!("    /// {}\n", sentence(&routine.summary));
     text.push_str(&format!("    fn {name}({}) -> {precision} {{\n", arguments.join(", ")));
     let write = |text: &mut String, (statements, result): &Way, indent: usize, end: [&str; 2]| {
-        let dialect = Rust { signature: &empty, precision, indent };
+        let dialect = Rust::new(&empty, precision, indent);
         let space = " ".repeat(indent);
         for statement in statements {
             for line in print::statement(&dialect, &routine.variables, statement) {
@@ -292,7 +293,7 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
         text.push_str(&format!("{space}{}{result}{}\n", end[0], end[1]));
     };
     if let Some((condition, near)) = &routine.near {
-        let dialect = Rust { signature: &empty, precision, indent: 8 };
+        let dialect = Rust::new(&empty, precision, 8);
         let condition = print::expression(&dialect, &routine.variables, condition);
         text.push_str(&format!("        if {condition} {{\n"));
         write(&mut text, near, 12, ["return ", ";"]);
@@ -355,11 +356,16 @@ fn positive(value: &Exact, precision: Precision) -> String {
 /// How Rust spells statements, as rustfmt would set them at this indentation.
 struct Rust<'a> {
     signature: &'a Signature,
+    names: Arguments,
     precision: Precision,
     indent: usize,
 }
 
 impl Rust<'_> {
+    fn new(signature: &Signature, precision: Precision, indent: usize) -> Rust<'_> {
+        Rust { signature, names: Arguments::new(signature, Target::Rust), precision, indent }
+    }
+
     fn place(&self, output: Output) -> String {
         match output.part {
             Part::Force => format!("out.force[{}]", output.row),
@@ -408,7 +414,7 @@ impl Dialect for Rust<'_> {
     }
 
     fn input(&self, slot: Slot) -> String {
-        slot_path(self.signature, slot, ".")
+        slot_path(self.signature, &self.names, slot, ".")
     }
 
     fn function(&self, function: Function) -> String {

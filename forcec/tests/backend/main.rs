@@ -4,6 +4,7 @@ mod programs;
 
 use forcec::bodies::Slot;
 use forcec::eval::{self, Outputs};
+use forcec::identifiers::Arguments;
 use forcec::kernel::{File, Kernel, Precision, Target};
 use forcec::scalar::{Operations, Program};
 use forcec::schedule::schedule;
@@ -183,12 +184,12 @@ fn driver(target: Target) -> String {
             } else {
                 text.push_str(&format!("fn run_{module}() {{\n{fill}"));
                 text.push_str(&format!("let mut params = made::{module}::Params::default();\n"));
-                for (index, parameter) in signature.parameters.iter().enumerate() {
+                let fields = Arguments::new(signature, Target::Rust).parameters;
+                for (index, (parameter, field)) in signature.parameters.iter().zip(fields).enumerate() {
                     for offset in 0..parameter.ty.length() as u32 {
                         let slot = signature.parameter_slot(index, offset);
                         let indices = forcec::bodies::indices(&parameter.ty.extents(), offset);
                         let indices: String = indices.iter().map(|i| format!("[{i}]")).collect();
-                        let field = forcec::schedule::argument_name(&parameter.name);
                         let value = programs::input(signature, slot);
                         text.push_str(&format!("params.{field}{indices} = {value:?};\n"));
                     }

@@ -1,0 +1,4 @@
+#[energy]
+pub fn forcec_rigid(a: Particle) -> Real {
+    a.position.x
+}
