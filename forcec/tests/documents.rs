@@ -307,7 +307,8 @@ fn the_recipe_for_snapshots_works() {
     let path = format!("path = \"{}/forcec\", version = \"0.1\"", repository.display());
     let dependencies = block(&document, "<!-- file: Cargo.toml -->").replace("version = \"0.1\"", &path);
     // The version of insta that this repository uses, without its default features, is there without a network.
-    let dependencies = dependencies.replace("insta = \"1\"", "insta = { version = \"1\", default-features = false }");
+    let dependencies =
+        dependencies.replace("insta = \"1\"", "insta = { version = \"1\", default-features = false }");
     let package = "[package]\nname = \"snapshots\"\nedition = \"2024\"\n\n[workspace]\n\n";
     fs::write(folder.join("Cargo.toml"), format!("{package}{dependencies}")).unwrap();
     fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
@@ -325,7 +326,8 @@ fn the_recipe_for_snapshots_works() {
             .env("CI", "true")
             .output()
             .unwrap();
-        let (out, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let (out, errors) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         (output.status.success(), format!("{out}{errors}"))
     };
     let (passed, text) = run(block(&document, "<!-- commands -->"));

@@ -167,8 +167,10 @@ fn list(items: &[String]) -> String {
         items.iter().for_each(|item| text.push_str(&format!("{INDENT}{item},\n")));
     } else {
         let mut line = String::new();
-        for item in items {
-            if !line.is_empty() && INDENT.len() + width(&line) + width(item) + 2 > WIDTH {
+        for (index, item) in items.iter().enumerate() {
+            // A space follows every item but the last.
+            let end = if index + 1 == items.len() { " ,".len() } else { " , ".len() };
+            if !line.is_empty() && INDENT.len() + width(&line) + width(item) + end > WIDTH {
                 text.push_str(&format!("{INDENT}{line}\n"));
                 line.clear();
             }
