@@ -10,11 +10,10 @@ use std::path::{Path, PathBuf};
 
 /// Compiles force files from a build script.
 ///
+/// In `main` of `build.rs`:
+///
 /// ```no_run
-/// // build.rs
-/// fn main() {
-///     forcec::Build::new().input("forces").run();
-/// }
+/// forcec::Build::new().input("forces").run();
 /// ```
 ///
 /// Kernels are Rust in double precision unless told otherwise. Beside them stands a `mod.rs` that names them all, so that
