@@ -36,7 +36,10 @@ fn main() {
         if DIFFERENTIATED.contains(&stem.as_str()) {
             duals.extend(forces.iter().map(|force| force.dual(&quote!(#module))));
             let items = file.items.into_iter().filter_map(dual);
-            modules.push(quote!(mod #module { use super::dual::prelude::*; #(#items)* }));
+            modules.push(quote! {
+                #[allow(clippy::all, reason = "the functions are the library's, which has its own checks")]
+                mod #module { use super::dual::prelude::*; #(#items)* }
+            });
         }
     }
     let text = quote! {

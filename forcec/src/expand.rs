@@ -418,7 +418,10 @@ fn plain(item: &syn::Item) -> TokenStream {
             let many = (function.sig.inputs.len() > 7).then(|| {
                 quote!(#[allow(clippy::too_many_arguments, reason = "they are the parameters of a force")])
             });
-            quote!(#many #function)
+            let loops = has_loop(function.block.to_token_stream()).then(|| {
+                quote!(#[allow(clippy::needless_range_loop, reason = "the force language has no iterators")])
+            });
+            quote!(#many #loops #function)
         }
         syn::Item::Mod(mut module) => {
             keep(&mut module.attrs);
@@ -429,6 +432,15 @@ fn plain(item: &syn::Item) -> TokenStream {
         }
         other => other.into_token_stream(),
     }
+}
+
+/// Whether there is a `for` among the tokens.
+fn has_loop(tokens: TokenStream) -> bool {
+    tokens.into_iter().any(|token| match token {
+        TokenTree::Ident(ident) => ident == "for",
+        TokenTree::Group(group) => has_loop(group.stream()),
+        _ => false,
+    })
 }
 
 fn is_ours(attribute: &syn::Attribute, names: &[&str]) -> bool {
