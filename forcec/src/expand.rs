@@ -38,7 +38,7 @@ pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStr
         Ok(item) => vec![item],
         Err(error) => return error.to_compile_error(),
     };
-    let own = plain(&syn::Item::Fn(read.clone()));
+    let own: TokenStream = items.iter().map(plain).collect();
     let kernels =
         compiled(&[], &items, marked, &Reading { name: &name_of(&read), alone: true }, &Precision::ALL);
     quote!(#own #kernels)
@@ -414,6 +414,11 @@ fn plain(item: &syn::Item) -> TokenStream {
     let keep = |attributes: &mut Vec<syn::Attribute>| attributes.retain(|it| !is_ours(it, &OURS));
     match item.clone() {
         syn::Item::Fn(mut function) => {
+            let source = function
+                .attrs
+                .iter()
+                .any(|attribute| is_ours(attribute, &FORCES))
+                .then(|| quote!(#[allow(dead_code, reason = "what is called may be the kernel alone")]));
             keep(&mut function.attrs);
             let many = (function.sig.inputs.len() > 7).then(|| {
                 quote!(#[allow(clippy::too_many_arguments, reason = "they are the parameters of a force")])
@@ -421,7 +426,7 @@ fn plain(item: &syn::Item) -> TokenStream {
             let loops = has_loop(function.block.to_token_stream()).then(|| {
                 quote!(#[allow(clippy::needless_range_loop, reason = "the force language has no iterators")])
             });
-            quote!(#many #loops #function)
+            quote!(#source #many #loops #function)
         }
         syn::Item::Mod(mut module) => {
             keep(&mut module.attrs);
