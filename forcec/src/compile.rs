@@ -48,13 +48,20 @@ pub struct Stages {
 
 /// Compiles the force functions of a source text whose names are wanted.
 pub fn compile(source: &Source, wanted: &dyn Fn(&str) -> bool) -> Result<Compiled, Diagnostics> {
-    let file = syntax::parse(source)?;
-    let checked = check::check(&file)?;
+    compile_file(&syntax::parse(source)?, wanted)
+}
+
+/// Compiles the force functions of a parsed file whose names are wanted.
+pub fn compile_file(
+    file: &syntax::ast::File,
+    wanted: &dyn Fn(&str) -> bool,
+) -> Result<Compiled, Diagnostics> {
+    let checked = check::check(file)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let functions = definitions.map(|definition| stages(&file, definition)).collect();
+    let functions = definitions.map(|definition| stages(file, definition)).collect();
     let docs = file.docs();
-    Ok(Compiled { source: source.clone(), docs, names, functions, warnings: checked.warnings })
+    Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
 fn stages(file: &syntax::ast::File, definition: Definition) -> Stages {

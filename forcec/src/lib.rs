@@ -4,6 +4,7 @@
 //! Rust kernels for the force and its exact derivatives ∂F/∂X and ∂F/∂V.
 
 pub mod bodies;
+pub mod build;
 pub mod check;
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -13,10 +14,14 @@ pub mod derive;
 pub mod diagnostic;
 pub mod eval;
 pub mod exact;
+#[cfg(feature = "expand")]
+pub mod expand;
+mod files;
 pub mod formula;
 pub mod identifiers;
 pub mod identities;
 pub mod kernel;
+pub mod library;
 pub mod number;
 pub mod ops;
 pub mod optimize;
@@ -30,3 +35,7 @@ pub mod text;
 pub mod vector;
 #[cfg(feature = "verify")]
 pub mod verify;
+
+pub use build::Build;
+pub use kernel::{Precision, Target};
+pub use library::{Compiled, Options, compile};

@@ -17,6 +17,9 @@ fn checkout(folder: &str) -> PathBuf {
     fs::create_dir_all(folder.join("constraints")).unwrap();
     for entry in fs::read_dir(library()).unwrap() {
         let entry = entry.unwrap();
+        if entry.path().extension().is_none_or(|ending| ending != "rs") {
+            continue;
+        }
         fs::copy(entry.path(), folder.join("constraints").join(entry.file_name())).unwrap();
     }
     folder

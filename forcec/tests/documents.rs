@@ -17,13 +17,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const DOCUMENTS: [&str; 6] = [
+const DOCUMENTS: [&str; 8] = [
     "README.md",
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
     "docs/language.md",
     "docs/mathematics.md",
+    "docs/rust.md",
+    "examples/README.md",
 ];
 
 /// The kernels of the README's table.
@@ -289,6 +291,54 @@ fn the_example_of_the_readme_runs() {
     assert_eq!(errors, "", "nothing warns");
     let expected = block(&readme, "<!-- output -->");
     assert!(out.ends_with(expected), "the program prints\n{out}\nand not\n{expected}");
+}
+
+/// The recipe for snapshots, followed in a crate of its own: the first run writes them, the second compares, and a change of
+/// the force file fails with the line that changed.
+#[test]
+fn the_recipe_for_snapshots_works() {
+    let document = read("docs/rust.md");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("snapshots");
+    let _ = fs::remove_dir_all(&folder);
+    for name in ["src", "tests", "forces"] {
+        fs::create_dir_all(folder.join(name)).unwrap();
+    }
+    let repository = root().canonicalize().unwrap();
+    let path = format!("path = \"{}/forcec\", version = \"0.1\"", repository.display());
+    let dependencies = block(&document, "<!-- file: Cargo.toml -->").replace("version = \"0.1\"", &path);
+    // The version of insta that this repository uses, without its default features, is there without a network.
+    let dependencies =
+        dependencies.replace("insta = \"1\"", "insta = { version = \"1\", default-features = false }");
+    let package = "[package]\nname = \"snapshots\"\nedition = \"2024\"\n\n[workspace]\n\n";
+    fs::write(folder.join("Cargo.toml"), format!("{package}{dependencies}")).unwrap();
+    fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
+    fs::write(folder.join("src/lib.rs"), "").unwrap();
+    fs::write(folder.join("tests/kernels.rs"), block(&document, "<!-- file: tests/kernels.rs -->")).unwrap();
+    let force = read("examples/c/bands.rs");
+    fs::write(folder.join("forces/bands.rs"), &force).unwrap();
+    let run = |commands: &str| {
+        let output = Command::new("sh")
+            .args(["-e", "-c", commands])
+            .current_dir(&folder)
+            .env("CARGO_NET_OFFLINE", "true")
+            .env("CARGO_TARGET_DIR", repository.join("target"))
+            .env_remove("INSTA_UPDATE")
+            .env("CI", "true")
+            .output()
+            .unwrap();
+        let (out, errors) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        (output.status.success(), format!("{out}{errors}"))
+    };
+    let (passed, text) = run(block(&document, "<!-- commands -->"));
+    assert!(passed, "{text}");
+    let snapshot = fs::read_to_string(folder.join("tests/snapshots/kernels__rubber_band.snap")).unwrap();
+    assert!(snapshot.contains("void rubber_band_f64("), "{snapshot}");
+    let (passed, text) = run("cargo test");
+    assert!(passed, "{text}");
+    fs::write(folder.join("forces/bands.rs"), force.replace("strain > 0.0", "strain > 0.1")).unwrap();
+    let (passed, text) = run("cargo test");
+    assert!(!passed && text.contains("rubber_band"), "{text}");
 }
 
 /// The anchor GitHub gives a heading.

@@ -1,11 +1,9 @@
 //! `forcec build`: force files to kernels on disk.
 
-use super::files::{Output, Unit, write};
 use super::{Failure, Input, Outcome, RealArgument, TargetArgument, complain};
+use crate::files;
 use crate::kernel::{Precision, Target};
-use crate::targets::emit;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(clap::Args)]
 pub(super) struct Build {
@@ -33,27 +31,14 @@ impl Build {
             .filter(|real| self.real.contains(real))
             .map(Precision::from)
             .collect();
-        let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
-        for unit in &units {
-            if unit.compiled.functions.is_empty() {
-                continue;
-            }
-            for target in [TargetArgument::C, TargetArgument::Rust] {
-                if !self.target.contains(&target) {
-                    continue;
-                }
-                for generated in emit(&unit.file(&precisions), Target::from(target)) {
-                    let path = self.out.join(&generated.name);
-                    let old = files.insert(path.clone(), generated.text);
-                    if old.is_some_and(|old| old != files[&path]) {
-                        return Err(Failure::Input(collision(unit, &path)));
-                    }
-                }
-            }
-        }
-        let outputs: Vec<Output> = files.into_iter().map(|(path, text)| Output { path, text }).collect();
+        let targets: Vec<Target> = [TargetArgument::C, TargetArgument::Rust]
+            .into_iter()
+            .filter(|target| self.target.contains(target))
+            .map(Target::from)
+            .collect();
+        let outputs = files::outputs(&units, &self.out, &targets, &precisions).map_err(Failure::Input)?;
         if !self.check {
-            return write(&self.out, &outputs);
+            return files::write(&self.out, &outputs).map_err(Failure::Input);
         }
         let mut differ = false;
         for output in &outputs {
@@ -68,17 +53,4 @@ impl Build {
         }
         if differ { Err(Failure::Check) } else { Ok(()) }
     }
-}
-
-/// The message about a file that would be written twice.
-fn collision(unit: &Unit, output: &Path) -> String {
-    let help = if unit.path.file_stem().is_some_and(|stem| stem == "forcec") {
-        "`forcec.h` holds the body types; rename the force file"
-    } else {
-        "give the files different names, or build them into different folders"
-    };
-    let (unit, output) = (unit.path.display(), output.display());
-    format!(
-        "error: the kernels of `{unit}` would overwrite another file of this build, `{output}`\n  = help: {help}"
-    )
 }

@@ -4,7 +4,7 @@
 
 mod build;
 mod check;
-mod files;
+mod input;
 mod show;
 mod stats;
 

@@ -10,11 +10,20 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree, token_stream};
 /// Brackets within brackets.
 const DEEPEST: usize = 256;
 
-/// Tokens from the start of a statement to any token in it, brackets that stand beside the way not counted.
-const LONGEST: usize = 40_000;
+/// What depends on the stack there is.
+pub(super) struct Limits {
+    /// Tokens from the start of a statement to any token in it, brackets that stand beside the way not counted.
+    longest: usize,
+    /// Operators in a row. Prefixes of types take the most stack a token.
+    operators: usize,
+}
 
-/// Operators in a row. Prefixes of types take the most stack a token.
-const MOST_OPERATORS: usize = 2_000;
+/// On a stack of our own.
+pub(super) const OWN: Limits = Limits { longest: 40_000, operators: 2_000 };
+
+/// On the stack of rustc, where macros read their tokens: 8 MiB, and a compiler that is not optimised.
+#[cfg(feature = "expand")]
+pub(super) const MACRO: Limits = Limits { longest: 6_000, operators: 200 };
 
 struct Level {
     tokens: token_stream::IntoIter,
@@ -28,7 +37,7 @@ struct Level {
     after_block: bool,
 }
 
-pub(super) fn check(tokens: TokenStream) -> Result<(), Diagnostic> {
+pub(super) fn check(tokens: TokenStream, limits: &Limits) -> Result<(), Diagnostic> {
     let level = |tokens: TokenStream, start| Level {
         tokens: tokens.into_iter(),
         start,
@@ -52,15 +61,15 @@ pub(super) fn check(tokens: TokenStream) -> Result<(), Diagnostic> {
             TokenTree::Group(_) | TokenTree::Literal(_) => current.after_block,
         };
         current.here = if new_statement { current.start } else { current.here + 1 };
-        if current.here > LONGEST {
-            let label = format!("more than {LONGEST} tokens without a `;` or `,` end here");
+        if current.here > limits.longest {
+            let label = format!("more than {} tokens without a `;` or `,` end here", limits.longest);
             return Err(Diagnostic::error(bytes_of(token.span()), "an expression is too long", label)
                 .help("name its parts with `let`"));
         }
         let operator = matches!(token, TokenTree::Punct(_));
         current.operators = if operator { current.operators + 1 } else { 0 };
-        if current.operators > MOST_OPERATORS {
-            let label = format!("more than {MOST_OPERATORS} operators in a row end here");
+        if current.operators > limits.operators {
+            let label = format!("more than {} operators in a row end here", limits.operators);
             return Err(Diagnostic::error(bytes_of(token.span()), "an expression is too long", label)
                 .help("leave out operators that cancel"));
         }

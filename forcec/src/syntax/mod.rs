@@ -94,6 +94,12 @@ pub fn from_items(
     }
 }
 
+/// Whether tokens that come from elsewhere are fit to be parsed.
+#[cfg(feature = "expand")]
+pub(crate) fn check_limits(tokens: TokenStream) -> Result<(), Diagnostic> {
+    limits::check(tokens, &limits::MACRO)
+}
+
 /// More errors than these help nobody.
 const MOST_ERRORS: usize = 100;
 
@@ -179,7 +185,7 @@ fn tokens(text: &str) -> Result<TokenStream, Diagnostic> {
         return Err(Diagnostic::file(format!("a force file is at most {} MiB long", LONGEST_TEXT >> 20)));
     }
     let tokens = tokenise(text).map_err(|error| lexical_error(text, &error))?;
-    limits::check(tokens.clone())?;
+    limits::check(tokens.clone(), &limits::OWN)?;
     Ok(tokens)
 }
 

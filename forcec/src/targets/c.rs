@@ -191,7 +191,8 @@ pub fn source(file: &File) -> String {
     text
 }
 
-fn definition(kernel: &Kernel, precision: Precision) -> String {
+/// The function of one kernel, with its comment.
+pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     let schedule = &kernel.schedule;
     let mut remark: Vec<String> = kernel.brief().map(str::to_owned).collect();
     if !remark.is_empty() {

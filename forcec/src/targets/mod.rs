@@ -13,7 +13,7 @@ use crate::bodies::{
 };
 use crate::exact::Exact;
 use crate::identifiers::Arguments;
-use crate::kernel::{File, Precision, Target};
+use crate::kernel::{File, Kernel, Precision, Target};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect};
 use crate::schedule::{Expression, Schedule, Statement};
@@ -37,6 +37,14 @@ pub fn emit(file: &File, target: Target) -> Vec<Generated> {
             named("forcec.h".to_owned(), c::header_common()),
         ],
         Target::Rust => vec![named(format!("{}.rs", file.stem), rust::module(file))],
+    }
+}
+
+/// The text of one kernel, as it stands in the file of the target that holds its code.
+pub fn kernel(kernel: &Kernel, target: Target, precision: Precision) -> String {
+    match target {
+        Target::C => c::definition(kernel, precision),
+        Target::Rust => rust::kernel_module(kernel, precision),
     }
 }
 
@@ -165,7 +173,7 @@ const PARTS: [(&str, bool, &str); 3] = [
 ];
 
 /// A body type's name in Rust.
-fn rust_body(row: &BodyRow, precision: Precision) -> String {
+pub(crate) fn rust_body(row: &BodyRow, precision: Precision) -> String {
     match precision {
         Precision::F64 => row.name.to_owned(),
         Precision::F32 => format!("{}F32", row.name),

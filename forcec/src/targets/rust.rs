@@ -10,7 +10,7 @@ use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect};
-use crate::schedule::{Output, Part, Variable};
+use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
     PARTS, body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path,
@@ -60,9 +60,9 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     let schedule = &kernel.schedule;
     let signature = &schedule.signature;
     let mut text = documentation(kernel);
-    let suffix = if precision == Precision::F32 { "_f32" } else { "" };
-    text.push_str(&format!("pub mod {} {{\n", kernel_name(&kernel.name, Target::Rust, suffix)));
+    text.push_str(&format!("pub mod {} {{\n", module_name(kernel, precision)));
     text.push_str(&imports(signature, precision));
+    text.push_str(&constants(kernel));
     if !signature.parameters.is_empty() {
         let names = Arguments::new(signature, Target::Rust).parameters;
         let fields =
@@ -97,6 +97,96 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text.push_str(&body(&dialect, schedule, "        "));
     text.push_str("    }\n}\n");
     text
+}
+
+/// What a program may want to know of a kernel: names, sizes, operations, which entries are always zero.
+fn constants(kernel: &Kernel) -> String {
+    let schedule = &kernel.schedule;
+    let signature = &schedule.signature;
+    let freedoms = signature.freedoms();
+    let count = schedule.operations();
+    let counts = [count.add, count.mul, count.div, count.sqrt, count.call, count.neg];
+    let mut nonzero = [Part::Dfdx, Part::Dfdv].map(|part| (part, vec![vec![b'.'; freedoms]; freedoms]));
+    for statement in &schedule.statements {
+        let Statement::Store(output, _) = statement else { continue };
+        let found = nonzero.iter_mut().find(|(part, _)| *part == output.part);
+        if let Some((_, rows)) = found {
+            rows[output.row][output.column] = b'x';
+        }
+    }
+    let [dfdx, dfdv] =
+        nonzero.map(|(_, rows)| rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned()));
+    let bodies = signature.bodies.iter().map(|body| body.name.clone());
+    let parameters = signature.parameters.iter().map(|parameter| parameter.name.clone());
+    let mut text = String::new();
+    let mut constant = |summary: &str, declared: &str, value: &str| {
+        let line = format!("    pub const {declared} = {value};");
+        // A value of one line stands below where it does not fit beside.
+        let fits = line.lines().next().is_some_and(|line| line.chars().count() <= WIDTH);
+        let space = if fits { " " } else { "\n        " };
+        text.push_str(&format!("\n    /// {summary}\n    pub const {declared} ={space}{value};\n"));
+    };
+    let mut names = |summary: &str, name: &str, items: &mut dyn Iterator<Item = String>| {
+        let items: Vec<String> = items.map(|item| format!("{item:?}")).collect();
+        let declared = format!("{name}: [&str; {}]", items.len());
+        constant(summary, &declared, &list(&items));
+    };
+    names("What the kernel computes.", "FORMULAS", &mut kernel.formulas.iter().cloned());
+    names("The bodies, in argument order.", "BODIES", &mut bodies.into_iter());
+    names("The parameters, in the order of the fields.", "PARAMETERS", &mut parameters.into_iter());
+    let coordinates = signature.coordinate_names();
+    names("The coordinates, in the order of `force`.", "COORDINATES", &mut coordinates.into_iter());
+    names("Rows of `dfdx`; `.` where an entry is always zero.", "DFDX_NONZERO", &mut dfdx.into_iter());
+    names("Rows of `dfdv`; `.` where an entry is always zero.", "DFDV_NONZERO", &mut dfdv.into_iter());
+    constant("The name of the force function.", "NAME: &str", &format!("{:?}", kernel.name));
+    constant("Degrees of freedom: the length of `force`.", "FREEDOMS: usize", &freedoms.to_string());
+    let counts: Vec<String> = counts.iter().map(ToString::to_string).collect();
+    constant(
+        "Additions, multiplications, divisions, square roots, calls and negations.",
+        "OPERATIONS: [usize; 6]",
+        &list(&counts),
+    );
+    text
+}
+
+/// An array as rustfmt would set it as the value of a constant.
+fn list(items: &[String]) -> String {
+    /// rustfmt's `array_width`.
+    const ARRAY: usize = 60;
+    /// rustfmt's `short_array_element_width_threshold`.
+    const SHORT: usize = 10;
+    const INDENT: &str = "        ";
+    let line = items.join(", ");
+    let width = |text: &str| text.chars().count();
+    let single = items.len() == 1 && INDENT.len() + width(&line) + "[];".len() <= WIDTH;
+    if width(&line) <= ARRAY || single {
+        return format!("[{line}]");
+    }
+    let mut text = String::from("[\n");
+    if items.iter().any(|item| width(item) > SHORT) {
+        items.iter().for_each(|item| text.push_str(&format!("{INDENT}{item},\n")));
+    } else {
+        let mut line = String::new();
+        for (index, item) in items.iter().enumerate() {
+            // A space follows every item but the last.
+            let end = if index + 1 == items.len() { " ,".len() } else { " , ".len() };
+            if !line.is_empty() && INDENT.len() + width(&line) + width(item) + end > WIDTH {
+                text.push_str(&format!("{INDENT}{line}\n"));
+                line.clear();
+            }
+            let space = if line.is_empty() { "" } else { " " };
+            line.push_str(&format!("{space}{item},"));
+        }
+        text.push_str(&format!("{INDENT}{line}\n"));
+    }
+    text.push_str("    ]");
+    text
+}
+
+/// The name of a kernel's module.
+pub fn module_name(kernel: &Kernel, precision: Precision) -> String {
+    let suffix = if precision == Precision::F32 { "_f32" } else { "" };
+    kernel_name(&kernel.name, Target::Rust, suffix)
 }
 
 fn documentation(kernel: &Kernel) -> String {

@@ -177,3 +177,12 @@ pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     };
     formulas.iter().enumerate().map(partial).collect()
 }
+
+/// What a force function returns at one state, flat: the rows of C, the energy, or the force on each body; `None` where it
+/// or a derivative does not exist.
+pub fn returned(definition: &Definition, inputs: &[f64]) -> Option<Vec<f64>> {
+    let layout = Layout::new(&definition.graph.signature);
+    let oracle = Oracle::new(definition, &layout);
+    let point = oracle.point(&State { values: inputs.to_vec(), scale: 1.0 }).ok()?;
+    Some(point.rows.iter().map(Big::to_f64).collect())
+}

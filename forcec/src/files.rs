@@ -1,27 +1,29 @@
 //! Files in and out: finding force files, compiling them together, writing results whole or not at all.
+//!
+//! In: paths of force files and of folders. Out: compiled files and the texts a target makes of them; or every error as
+//! text, ready to be shown.
 
-use super::{Failure, Input, Progress, colour, complain};
 use crate::compile::{Compiled, compile};
 use crate::diagnostic::Diagnostics;
-use crate::identifiers::{Target, defined_for};
-use crate::kernel::{File, Precision};
+use crate::identifiers::defined_for;
+use crate::kernel::{File, Precision, Target};
 use crate::span::Source;
-use crate::syntax;
+use crate::{syntax, targets};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// One compiled force file.
-pub(super) struct Unit {
+pub(crate) struct Unit {
     /// Where it was read.
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Its kernels.
-    pub(super) compiled: Compiled,
+    pub(crate) compiled: Compiled,
 }
 
 impl Unit {
     /// The file as a target prints it, under its name without folder and ending.
-    pub(super) fn file(&self, precisions: &[Precision]) -> File {
+    pub(crate) fn file(&self, precisions: &[Precision]) -> File {
         File {
             stem: self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
             docs: self.compiled.docs.clone(),
@@ -31,71 +33,94 @@ impl Unit {
     }
 }
 
-impl Input {
-    /// Reads, checks and compiles everything asked for. Warnings are printed, errors of all files collected.
-    pub(super) fn compile(&self) -> Result<Vec<Unit>, Failure> {
-        let mut paths = Vec::new();
-        let mut errors: Vec<String> = Vec::new();
-        for path in &self.paths {
-            find(path, true, &mut paths, &mut errors);
-        }
-        let mut seen = std::collections::BTreeSet::new();
-        paths.retain(|path| seen.insert(fs::canonicalize(path).unwrap_or_else(|_| path.clone())));
-        let mut sources = Vec::new();
-        for path in paths {
-            match read(&path) {
-                Ok(text) if syntax::mentions_forces(&text) => {
-                    let name = path.to_string_lossy().replace('\\', "/");
-                    sources.push((path, Source::new(name, text)));
-                }
-                Ok(_) => {}
-                Err(error) => errors.push(error),
-            }
-        }
-        if sources.is_empty() && errors.is_empty() {
-            let paths: Vec<String> = self.paths.iter().map(|p| format!("`{}`", p.display())).collect();
-            return Err(Failure::Input(format!(
-                "error: no force function in {}\n  = help: mark one with `#[constraint]`, `#[energy]` or `#[force]`",
-                paths.join(", ")
-            )));
-        }
-        let progress = Progress::new(sources.len());
-        let mut units: Vec<Unit> = Vec::new();
-        for (path, source) in sources {
-            progress.step(&source.name);
-            match compile(&source, &|name| self.only.is_empty() || self.only.iter().any(|only| only == name))
-            {
-                Ok(compiled) => units.push(Unit { path, compiled }),
-                Err(diagnostics) => errors.push(diagnostics.render(colour())),
-            }
-        }
-        drop(progress);
-        for unit in &units {
-            let warnings = Diagnostics::new(unit.compiled.source.clone(), unit.compiled.warnings.clone());
-            if !warnings.list.is_empty() {
-                complain(&(warnings.render(colour()) + "\n"));
-            }
-        }
-        if errors.is_empty() {
-            errors.extend(duplicates(&units));
-            errors.extend(self.unknown_names(&units));
-        }
-        if errors.is_empty() { Ok(units) } else { Err(Failure::Input(errors.join("\n\n"))) }
-    }
+/// What was read: the force files among the paths, and why others could not be.
+pub(crate) struct Found {
+    /// Force files, in order.
+    pub(crate) sources: Vec<(PathBuf, Source)>,
+    /// Errors.
+    pub(crate) errors: Vec<String>,
+}
 
-    /// Names that were asked for and are not there.
-    fn unknown_names(&self, units: &[Unit]) -> Vec<String> {
-        let names: Vec<&str> =
-            units.iter().flat_map(|unit| unit.compiled.names.iter().map(String::as_str)).collect();
-        let unknown = self.only.iter().filter(|only| !names.contains(&only.as_str()));
-        unknown
-            .map(|only| {
-                let near = syntax::suggest::did_you_mean(only, names.iter().copied());
-                let help = near.unwrap_or_else(|| "`forcec stats` lists the force functions".to_owned());
-                format!("error: no force function `{only}`\n  = help: {help}")
-            })
-            .collect()
+/// The force files among these paths; a folder is searched, each file is read once.
+pub(crate) fn read_all(named: &[PathBuf]) -> Found {
+    let mut paths = Vec::new();
+    let mut errors: Vec<String> = Vec::new();
+    for path in named {
+        find(path, true, &mut paths, &mut errors);
     }
+    let mut seen = std::collections::BTreeSet::new();
+    paths.retain(|path| seen.insert(fs::canonicalize(path).unwrap_or_else(|_| path.clone())));
+    let mut sources = Vec::new();
+    for path in paths {
+        match read(&path) {
+            Ok(text) if syntax::mentions_forces(&text) => {
+                let name = path.to_string_lossy().replace('\\', "/");
+                sources.push((path, Source::new(name, text)));
+            }
+            Ok(_) => {}
+            Err(error) => errors.push(error),
+        }
+    }
+    if sources.is_empty() && errors.is_empty() {
+        let paths: Vec<String> = named.iter().map(|p| format!("`{}`", p.display())).collect();
+        errors.push(format!(
+            "error: no force function in {}\n  = help: mark one with `#[constraint]`, `#[energy]` or `#[force]`",
+            paths.join(", ")
+        ));
+    }
+    Found { sources, errors }
+}
+
+/// Compiles files one by one.
+pub(crate) fn compile_all(
+    sources: Vec<(PathBuf, Source)>,
+    wanted: &dyn Fn(&str) -> bool,
+    step: &mut dyn FnMut(&str),
+) -> (Vec<Unit>, Vec<Diagnostics>) {
+    let (mut units, mut errors) = (Vec::new(), Vec::new());
+    for (path, source) in sources {
+        step(&source.name);
+        match compile(&source, wanted) {
+            Ok(compiled) => units.push(Unit { path, compiled }),
+            Err(diagnostics) => errors.push(diagnostics),
+        }
+    }
+    (units, errors)
+}
+
+/// The files that targets make of compiled ones, in the order of their paths.
+pub(crate) fn outputs(
+    units: &[Unit],
+    folder: &Path,
+    targets: &[Target],
+    precisions: &[Precision],
+) -> Result<Vec<Output>, String> {
+    let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
+    for unit in units.iter().filter(|unit| !unit.compiled.functions.is_empty()) {
+        for target in targets {
+            for generated in targets::emit(&unit.file(precisions), *target) {
+                let path = folder.join(&generated.name);
+                let old = files.insert(path.clone(), generated.text);
+                if old.is_some_and(|old| old != files[&path]) {
+                    return Err(collision(unit, &path));
+                }
+            }
+        }
+    }
+    Ok(files.into_iter().map(|(path, text)| Output { path, text }).collect())
+}
+
+/// The message about a file that would be written twice.
+fn collision(unit: &Unit, output: &Path) -> String {
+    let help = if unit.path.file_stem().is_some_and(|stem| stem == "forcec") {
+        "`forcec.h` holds the body types; rename the force file"
+    } else {
+        "give the files different names, or build them into different folders"
+    };
+    let (unit, output) = (unit.path.display(), output.display());
+    format!(
+        "error: the kernels of `{unit}` would overwrite another file of this build, `{output}`\n  = help: {help}"
+    )
 }
 
 /// A file as it was named; a folder's Rust files, recursively, in sorted order.
@@ -144,7 +169,7 @@ fn read(path: &Path) -> Result<String, String> {
 }
 
 /// Kernels of different files that define the same names.
-fn duplicates(units: &[Unit]) -> Vec<String> {
+pub(crate) fn duplicates(units: &[Unit]) -> Vec<String> {
     let mut errors = Vec::new();
     let mut defined: BTreeMap<(Target, String), (usize, &str)> = BTreeMap::new();
     for (index, unit) in units.iter().enumerate() {
@@ -178,18 +203,17 @@ fn duplicates(units: &[Unit]) -> Vec<String> {
 }
 
 /// A file to be written.
-pub(super) struct Output {
+pub(crate) struct Output {
     /// Where.
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     /// What.
-    pub(super) text: String,
+    pub(crate) text: String,
 }
 
 /// Writes files so that each is there whole or as it was: first all of them beside their places, then renamed.
-pub(super) fn write(folder: &Path, outputs: &[Output]) -> Result<(), Failure> {
-    let failed = |path: &Path, error: std::io::Error| {
-        Failure::Input(format!("error: cannot write `{}`: {error}", path.display()))
-    };
+pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
+    let failed =
+        |path: &Path, error: std::io::Error| format!("error: cannot write `{}`: {error}", path.display());
     fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
     let mut waiting: Vec<(PathBuf, &Path)> = Vec::new();
     let written = (|| {

@@ -1,0 +1,46 @@
+//! The attribute macros of forcec. Use them through `forcec-runtime`, which has the types they speak of.
+//!
+//! A macro hands its tokens to the compiler and returns what that makes of them, kernels or messages.
+
+use proc_macro::TokenStream;
+
+/// Marks a function that returns the rows of a constraint.
+///
+/// Beside the function stands a module of the same name, the kernel, and one with `_f32` behind it in single precision.
+/// Options: `unilateral`, `per_row`, and `real = f32` or `real = f64` for one precision only.
+#[proc_macro_attribute]
+pub fn constraint(options: TokenStream, item: TokenStream) -> TokenStream {
+    forcec::expand::function("constraint", options.into(), item.into()).into()
+}
+
+/// Marks a function that returns an energy; otherwise as `constraint`. The option is `real`.
+#[proc_macro_attribute]
+pub fn energy(options: TokenStream, item: TokenStream) -> TokenStream {
+    forcec::expand::function("energy", options.into(), item.into()).into()
+}
+
+/// Marks a function that returns a force for each of its bodies; otherwise as `constraint`. The option is `real`.
+#[proc_macro_attribute]
+pub fn force(options: TokenStream, item: TokenStream) -> TokenStream {
+    forcec::expand::function("force", options.into(), item.into()).into()
+}
+
+/// States what values parameters have, `#[domain(rest_length = 0.1..2.0, axis = unit)]`; beside one of the attributes of
+/// force functions.
+#[proc_macro_attribute]
+pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
+    forcec::expand::domain(options.into(), item.into()).into()
+}
+
+/// Marks a module of force functions and the helpers and constants they use. The option is `real`.
+#[proc_macro_attribute]
+pub fn forces(options: TokenStream, item: TokenStream) -> TokenStream {
+    forcec::expand::module(options.into(), item.into()).into()
+}
+
+/// Compiles a force file: `include_forces!("joints.rs")` is a public module `joints` with all that stands in the file and
+/// the kernels of its force functions. The path counts from the file that calls. `real = f32` may follow.
+#[proc_macro]
+pub fn include_forces(input: TokenStream) -> TokenStream {
+    forcec::expand::file(input.into()).into()
+}

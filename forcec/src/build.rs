@@ -1,0 +1,168 @@
+//! For build scripts: force files to kernels while cargo builds.
+//!
+//! In: force files or folders of them. Out: what the command line writes, in `OUT_DIR` or a folder of choice, with lines
+//! that tell cargo when to run again; or errors as cargo shows them.
+
+use crate::diagnostic::Diagnostics;
+use crate::files::{self, Output};
+use crate::kernel::{Precision, Target};
+use std::path::{Path, PathBuf};
+
+/// Compiles force files from a build script.
+///
+/// In `main` of `build.rs`:
+///
+/// ```no_run
+/// forcec::Build::new().input("forces").run();
+/// ```
+///
+/// Kernels are Rust in double precision unless told otherwise. Beside them stands a `mod.rs` that names them all, so that
+/// one line makes them part of the crate:
+///
+/// ```ignore
+/// include!(concat!(env!("OUT_DIR"), "/mod.rs"));
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Build {
+    inputs: Vec<PathBuf>,
+    out: Option<PathBuf>,
+    targets: Vec<Target>,
+    precisions: Vec<Precision>,
+}
+
+/// Why a build failed: every message, in order.
+#[derive(Clone, Debug)]
+pub struct BuildError {
+    /// Errors in force files.
+    pub diagnostics: Vec<Diagnostics>,
+    /// What else is wrong, files that cannot be read or written for example.
+    pub others: Vec<String>,
+}
+
+impl std::fmt::Display for BuildError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let diagnostics = self.diagnostics.iter().map(|diagnostics| diagnostics.render(false));
+        f.write_str(&diagnostics.chain(self.others.iter().cloned()).collect::<Vec<String>>().join("\n\n"))
+    }
+}
+
+impl std::error::Error for BuildError {}
+
+impl Build {
+    /// Nothing to compile yet.
+    pub fn new() -> Build {
+        Build::default()
+    }
+
+    /// A force file, or a folder that is searched for them; relative to the crate. May be repeated.
+    pub fn input(mut self, path: impl Into<PathBuf>) -> Build {
+        self.inputs.push(path.into());
+        self
+    }
+
+    /// Where to write; `OUT_DIR` unless told otherwise.
+    pub fn out(mut self, folder: impl Into<PathBuf>) -> Build {
+        self.out = Some(folder.into());
+        self
+    }
+
+    /// What to write; Rust unless told otherwise. May be repeated.
+    pub fn target(mut self, target: Target) -> Build {
+        self.targets.push(target);
+        self
+    }
+
+    /// The precision of the kernels; double unless told otherwise. May be repeated.
+    pub fn real(mut self, precision: Precision) -> Build {
+        self.precisions.push(precision);
+        self
+    }
+
+    /// Writes the kernels and tells cargo what to watch. On an error cargo is told, and the process ends with 1.
+    ///
+    /// Returns the files that were written.
+    pub fn run(self) -> Vec<PathBuf> {
+        for path in &self.inputs {
+            println!("cargo::rerun-if-changed={}", path.display());
+        }
+        match self.try_run() {
+            Ok((files, warnings)) => {
+                warnings.iter().flat_map(lines).for_each(|line| println!("cargo::warning={line}"));
+                files
+            }
+            Err(error) => {
+                error.diagnostics.iter().flat_map(lines).for_each(|line| println!("cargo::error={line}"));
+                for other in &error.others {
+                    let line = other.lines().next().unwrap_or_default();
+                    println!("cargo::error={}", line.strip_prefix("error: ").unwrap_or(line));
+                }
+                eprintln!("{error}");
+                std::process::exit(1);
+            }
+        }
+    }
+
+    /// Writes the kernels, prints nothing. Returns the files that were written, and warnings.
+    pub fn try_run(mut self) -> Result<(Vec<PathBuf>, Vec<Diagnostics>), BuildError> {
+        if self.targets.is_empty() {
+            self.targets.push(Target::Rust);
+        }
+        if self.precisions.is_empty() {
+            self.precisions.push(Precision::F64);
+        }
+        self.precisions.sort();
+        self.precisions.dedup();
+        let failed = |others| BuildError { diagnostics: Vec::new(), others };
+        let out = match self.out {
+            Some(folder) => folder,
+            None => match std::env::var_os("OUT_DIR") {
+                Some(folder) => PathBuf::from(folder),
+                None => {
+                    return Err(failed(vec!["error: `OUT_DIR` is not set\n  = help: call `out`".to_owned()]));
+                }
+            },
+        };
+        let found = files::read_all(&self.inputs);
+        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, &mut |_| {});
+        let mut others = found.errors;
+        if diagnostics.is_empty() && others.is_empty() {
+            others.extend(files::duplicates(&units));
+        }
+        if !diagnostics.is_empty() || !others.is_empty() {
+            return Err(BuildError { diagnostics, others });
+        }
+        let mut outputs = files::outputs(&units, &out, &self.targets, &self.precisions)
+            .map_err(|error| failed(vec![error]))?;
+        if self.targets.contains(&Target::Rust) {
+            outputs.push(modules(&out, &outputs));
+        }
+        files::write(&out, &outputs).map_err(|error| failed(vec![error]))?;
+        let warnings = units
+            .iter()
+            .filter(|unit| !unit.compiled.warnings.is_empty())
+            .map(|unit| Diagnostics::new(unit.compiled.source.clone(), unit.compiled.warnings.clone()));
+        Ok((outputs.into_iter().map(|output| output.path).collect(), warnings.collect()))
+    }
+}
+
+/// `mod.rs`, which names the Rust files beside it.
+fn modules(folder: &Path, outputs: &[Output]) -> Output {
+    let rust = outputs.iter().filter(|output| output.path.extension().is_some_and(|ending| ending == "rs"));
+    let stems = rust.filter_map(|output| output.path.file_stem()).map(|stem| stem.to_string_lossy());
+    let text: String = stems.map(|stem| format!("pub mod {stem};\n")).collect();
+    Output { path: folder.join("mod.rs"), text }
+}
+
+/// Each message on a line, as cargo wants it.
+fn lines(diagnostics: &Diagnostics) -> Vec<String> {
+    let source = &diagnostics.source;
+    let line = |diagnostic: &crate::diagnostic::Diagnostic| {
+        let place = diagnostic.span.map_or_else(String::new, |span| {
+            let (line, column) = source.line_column(span.start);
+            format!(":{line}:{column}")
+        });
+        let help = diagnostic.help.as_ref().map_or_else(String::new, |help| format!(" (help: {help})"));
+        format!("{}{place}: {}: {}{help}", source.name, diagnostic.message, diagnostic.label)
+    };
+    diagnostics.list.iter().map(line).collect()
+}

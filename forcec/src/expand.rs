@@ -1,0 +1,580 @@
+//! What the macros of `forcec-macros` expand to.
+//!
+//! In: the tokens of a force function, of a module of them, or the name of a force file. Out: the functions as they
+//! stand, without our attributes; beside them the modules that `forcec build --target rust` writes, and what ties these
+//! to the runtime; or every message, each at its own token. A message does not take the functions away, so that editors
+//! keep completing in them.
+
+use crate::bodies::BodyKind;
+use crate::compile::{Stages, compile, compile_file};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::kernel::Precision;
+use crate::span::{Source, Span};
+use crate::syntax::{self, ast};
+use crate::targets::rust::{kernel_module, module_name};
+use proc_macro2::{Delimiter, Group, Ident, Literal, TokenStream, TokenTree};
+use quote::{ToTokens, format_ident, quote, quote_spanned};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use syn::parse::{Parse, ParseStream};
+
+/// `#[constraint]`, `#[energy]` or `#[force]`, by name, on one function.
+pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStream {
+    let attribute = attribute(name, &options);
+    let read = match syn::parse2::<syn::Item>(item.clone()) {
+        Ok(syn::Item::Fn(function)) => function,
+        Ok(other) => {
+            let message =
+                Diagnostic::error(Span::default(), format!("`#[{name}]` marks a function"), "this is none")
+                    .help("write it above `fn`; a module of force functions is marked `#[forces]`");
+            return complaint(&message, first(&other), first(&other)).into_iter().chain(item).collect();
+        }
+        Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
+    };
+    let mut marked = attribute;
+    marked.extend(item);
+    let items = match syn::parse2::<syn::Item>(marked.clone()) {
+        Ok(item) => vec![item],
+        Err(error) => return error.to_compile_error(),
+    };
+    let own: TokenStream = items.iter().map(plain).collect();
+    let kernels =
+        compiled(&[], &items, marked, &Reading { name: &name_of(&read), alone: true }, &Precision::ALL);
+    quote!(#own #kernels)
+}
+
+/// `#[domain(…)]` where it stands above the attribute that reads it: it goes below.
+pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
+    if let Ok(syn::Item::Fn(mut function)) = syn::parse2::<syn::Item>(item.clone())
+        && let Some(at) = function.attrs.iter().rposition(|attribute| is_ours(attribute, &FORCES))
+    {
+        let below: Vec<syn::Attribute> = function.attrs.split_off(at + 1);
+        let (attributes, rest) = (function.attrs.clone(), {
+            function.attrs = below;
+            function
+        });
+        return quote!(#(#attributes)* #[domain(#options)] #rest);
+    }
+    let message = Diagnostic::error(
+        Span::default(),
+        "a domain belongs to a force function",
+        "no attribute of one here",
+    )
+    .help("write `#[constraint]`, `#[energy]` or `#[force]` above it");
+    let here = proc_macro2::Span::call_site();
+    complaint(&message, here, here).into_iter().chain(item).collect()
+}
+
+/// `#[forces]` on a module.
+pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
+    let precisions = match syn::parse2::<Options>(options) {
+        Ok(options) => options.precisions,
+        Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
+    };
+    let mut module = match syn::parse2::<syn::Item>(item.clone()) {
+        Ok(syn::Item::Mod(module)) if module.content.is_some() => module,
+        Ok(other) => {
+            let message = Diagnostic::error(
+                Span::default(),
+                "`#[forces]` marks a module of force functions",
+                "this is none",
+            )
+            .help("write `#[forces] mod joints { … }`; for one function write `#[constraint]`, `#[energy]` or `#[force]`");
+            return complaint(&message, first(&other), first(&other)).into_iter().chain(item).collect();
+        }
+        Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
+    };
+    let items = module.content.as_ref().map_or(&[][..], |(_, items)| items);
+    let kernels = compiled(&[], items, item, &Reading { name: "forces", alone: false }, &precisions);
+    if let Some((_, items)) = &mut module.content {
+        let own = items.iter().map(plain).map(syn::Item::Verbatim);
+        *items = own.chain([syn::Item::Verbatim(kernels)]).collect();
+    }
+    module.into_token_stream()
+}
+
+/// `include_forces!("joints.rs")`: a module named as the file is, with all that stands in it. The path counts from the
+/// file that calls, as that of `include_str!` does.
+pub fn file(input: TokenStream) -> TokenStream {
+    let included = match syn::parse2::<Included>(input) {
+        Ok(included) => included,
+        Err(error) => return error.to_compile_error(),
+    };
+    let at = included.path.span();
+    let failed = |message: &str, label: String, help: &str| {
+        complaint(&Diagnostic::error(Span::default(), message, label).help(help), at, at)
+    };
+    let path = resolve(&included.path);
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) => {
+            let label = format!("`{}`: {error}", path.display());
+            return failed("cannot read the force file", label, "the path counts from the file it stands in");
+        }
+    };
+    let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let Ok(name) = syn::parse_str::<Ident>(&stem) else {
+        let label = format!("`{stem}` is no name of a module");
+        return failed("a force file names a module", label, "rename the file");
+    };
+    let shown = included.path.value();
+    let result = with_own_tokens(|| {
+        let compiled = compile(&Source::new(shown, text.clone()), &|_| true)?;
+        let file = syntax::parse(&compiled.source)?;
+        Ok::<_, Diagnostics>((compiled, file))
+    });
+    // So that cargo builds again when the file changes.
+    let path = path.to_string_lossy();
+    let watched = quote!(
+        const _: &[u8] = ::core::include_bytes!(#path);
+    );
+    let (compiled, ast) = match result {
+        Ok(result) => result,
+        Err(errors) => {
+            let errors = errors.list.iter().map(|error| rendered(&errors.source, error, at));
+            return quote!(#watched #(#errors)*);
+        }
+    };
+    if compiled.functions.is_empty() {
+        let label = format!("`{path}` has none");
+        return failed(
+            "no force function",
+            label,
+            "mark one with `#[constraint]`, `#[energy]` or `#[force]`",
+        );
+    }
+    let file = match TokenStream::from_str(&text).map_err(syn::Error::from).and_then(syn::parse2::<syn::File>)
+    {
+        Ok(file) => file,
+        Err(error) => return error.to_compile_error(),
+    };
+    let own = file.items.iter().map(plain);
+    let docs = file.attrs.iter().filter(|attribute| attribute.path().is_ident("doc"));
+    let visibilities = visibilities(&file.items);
+    let kernels = kernels(&compiled.functions, &ast, &visibilities, "forces", &included.precisions);
+    quote! {
+        pub mod #name {
+            #(#docs)*
+            #watched
+            #(#own)*
+            #kernels
+        }
+    }
+}
+
+/// The attributes of force functions.
+const FORCES: [&str; 3] = ["constraint", "energy", "force"];
+
+/// All attributes that mean nothing to rustc.
+const OURS: [&str; 5] = ["constraint", "energy", "force", "forces", "domain"];
+
+impl Precision {
+    const ALL: [Precision; 2] = [Precision::F64, Precision::F32];
+}
+
+/// `real = f32`, or nothing.
+struct Options {
+    precisions: Vec<Precision>,
+}
+
+impl Parse for Options {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Options> {
+        if input.is_empty() {
+            return Ok(Options { precisions: Precision::ALL.to_vec() });
+        }
+        let name: Ident = input.parse()?;
+        if name != "real" {
+            return Err(syn::Error::new(
+                name.span(),
+                "unknown option\n\n  = help: the option is `real = f32`",
+            ));
+        }
+        input.parse::<syn::Token![=]>()?;
+        let value: Ident = input.parse()?;
+        let precision = match value.to_string().as_str() {
+            "f32" => Precision::F32,
+            "f64" => Precision::F64,
+            _ => {
+                let message =
+                    "unknown precision\n\n  = note: neither `f32` nor `f64`\n  = help: write `real = f32`";
+                return Err(syn::Error::new(value.span(), message));
+            }
+        };
+        input.parse::<Option<syn::Token![,]>>()?;
+        Ok(Options { precisions: vec![precision] })
+    }
+}
+
+/// `"joints.rs", real = f32`
+struct Included {
+    path: syn::LitStr,
+    precisions: Vec<Precision>,
+}
+
+impl Parse for Included {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Included> {
+        let path = input.parse().map_err(|error| {
+            syn::Error::new(
+                error.span(),
+                "`include_forces!` takes the path of a force file\n\n  = help: write `include_forces!(\"joints.rs\")`",
+            )
+        })?;
+        input.parse::<Option<syn::Token![,]>>()?;
+        let Options { precisions } = input.parse()?;
+        Ok(Included { path, precisions })
+    }
+}
+
+/// The path of an included file, from the file that calls; where the compiler does not say which that is, as some
+/// editors do not, from the crate's folders.
+fn resolve(path: &syn::LitStr) -> PathBuf {
+    let written = PathBuf::from(path.value());
+    if let Some(caller) = path.span().local_file() {
+        let folder = caller.parent().unwrap_or(Path::new("")).to_owned();
+        let folder = std::env::current_dir().map(|here| here.join(&folder)).unwrap_or(folder);
+        return folder.join(written);
+    }
+    let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
+    let source = root.join("src").join(&written);
+    if source.exists() { source } else { root.join(written) }
+}
+
+/// Runs work that makes tokens of its own, on other threads too, which the compiler's tokens do not allow.
+fn with_own_tokens<T>(work: impl FnOnce() -> T) -> T {
+    struct Restore;
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            proc_macro2::fallback::unforce();
+        }
+    }
+    proc_macro2::fallback::force();
+    let _restore = Restore;
+    work()
+}
+
+/// What is being read.
+struct Reading<'a> {
+    /// What the module of its kernels is named after.
+    name: &'a str,
+    /// It is one function, which can use nothing that stands beside it.
+    alone: bool,
+}
+
+/// The kernels of items, or the messages about them.
+fn compiled(
+    attributes: &[syn::Attribute],
+    items: &[syn::Item],
+    tokens: TokenStream,
+    reading: &Reading<'_>,
+    precisions: &[Precision],
+) -> TokenStream {
+    let places = Places::new(tokens.clone());
+    let source = Source::new(reading.name, places.text.as_str());
+    let result = syntax::check_limits(tokens)
+        .map_err(|error| Diagnostics::new(source.clone(), vec![Diagnostic { span: None, ..error }]))
+        .and_then(|()| syntax::from_items(source.clone(), attributes, items, |span| places.of(span)))
+        .and_then(|ast| Ok((compile_file(&ast, &|_| true)?, ast)));
+    match result {
+        Ok((compiled, _)) if compiled.functions.is_empty() => {
+            let here = proc_macro2::Span::call_site();
+            let message =
+                Diagnostic::error(Span::default(), "no force function in this module", "there is none")
+                    .help("mark one with `#[constraint]`, `#[energy]` or `#[force]`");
+            complaint(&message, here, here)
+        }
+        Ok((compiled, ast)) => {
+            kernels(&compiled.functions, &ast, &visibilities(items), reading.name, precisions)
+        }
+        Err(errors) => {
+            let complaints = errors.list.into_iter().map(|mut error| {
+                let (start, end) = places.ends(error.span);
+                let unknown = error.message.starts_with("unknown function")
+                    || error.message.starts_with("unknown name");
+                if reading.alone && unknown && error.help.is_none() {
+                    error.help = Some(
+                        "a function alone sees no other items; write `#[forces] mod …` around all of them"
+                            .to_owned(),
+                    );
+                }
+                complaint(&error, start, end)
+            });
+            complaints.collect()
+        }
+    }
+}
+
+/// The modules of kernels, what ties them to the runtime, and their names where the functions stand.
+fn kernels(
+    functions: &[Stages],
+    ast: &ast::File,
+    visibilities: &HashMap<String, syn::Visibility>,
+    name: &str,
+    precisions: &[Precision],
+) -> TokenStream {
+    let inner = format_ident!("forcec_{}", name.trim_start_matches("r#"));
+    let (mut modules, mut names) = (TokenStream::new(), TokenStream::new());
+    let mut bodies: Vec<Ident> = Vec::new();
+    for function in functions {
+        let kernel = &function.kernel;
+        let own = ast.function(&kernel.name).and_then(|function| function.precision).map(|own| match own {
+            ast::Precision::F32 => Precision::F32,
+            ast::Precision::F64 => Precision::F64,
+        });
+        for precision in own.map_or(precisions.to_vec(), |own| vec![own]) {
+            match TokenStream::from_str(&kernel_module(kernel, precision)) {
+                Ok(tokens) => modules.extend(tokens),
+                Err(error) => modules.extend(syn::Error::from(error).to_compile_error()),
+            }
+            modules.extend(ties(function, precision));
+            let module = format_ident!("{}", module_name(kernel, precision));
+            let visibility = visibilities.get(&kernel.name);
+            names.extend(quote! {
+                #[allow(unused_imports, reason = "a kernel may be there to be read only")]
+                #visibility use #inner::#module;
+            });
+            for body in &kernel.schedule.signature.bodies {
+                let name = format_ident!("{}", crate::targets::rust_body(body.kind.row(), precision));
+                if !bodies.contains(&name) {
+                    bodies.push(name);
+                }
+            }
+        }
+    }
+    quote! {
+        #names
+        mod #inner {
+            use ::forcec_runtime::{#(#bodies),*};
+            #modules
+        }
+    }
+}
+
+/// The implementation of the runtime's traits by a kernel.
+fn ties(function: &Stages, precision: Precision) -> TokenStream {
+    let kernel = &function.kernel;
+    let signature = &kernel.schedule.signature;
+    let module = format_ident!("{}", module_name(kernel, precision));
+    let real = format_ident!("{}", precision.name());
+    let count = signature.bodies.len();
+    let kinds = signature.bodies.iter().map(|body| format_ident!("{}", body.kind.row().name));
+    let arguments = signature.bodies.iter().enumerate().map(|(k, body)| {
+        let array = format_ident!("{}", if body.kind == BodyKind::RIGID { "rigid" } else { "particles" });
+        quote!(&bodies.#array[indices[#k]],)
+    });
+    let (params, pass, knows) = if signature.parameters.is_empty() {
+        (quote!(()), quote!(), quote!())
+    } else {
+        let knows = quote! {
+            impl ::forcec_runtime::Parameters for #module::Params {
+                type Kernel = #module::Output;
+            }
+        };
+        (quote!(#module::Params), quote!(params,), knows)
+    };
+    let unused = if signature.parameters.is_empty() { quote!(_params) } else { quote!(params) };
+    quote! {
+        impl ::forcec_runtime::Kernel for #module::Output {
+            type Real = #real;
+            type Params = #params;
+            type Indices = [usize; #count];
+            const NAME: &'static str = #module::NAME;
+            const BODIES: &'static [::forcec_runtime::BodyKind] = &[#(::forcec_runtime::BodyKind::#kinds),*];
+            const FREEDOMS: usize = #module::FREEDOMS;
+            const DFDX_NONZERO: &'static [&'static str] = &#module::DFDX_NONZERO;
+            const DFDV_NONZERO: &'static [&'static str] = &#module::DFDV_NONZERO;
+
+            fn evaluate(
+                &mut self,
+                bodies: &::forcec_runtime::Bodies<'_, #real>,
+                indices: [usize; #count],
+                #unused: &#params,
+            ) {
+                #module::evaluate(#(#arguments)* #pass self);
+            }
+
+            fn force(&self) -> &[#real] {
+                &self.force
+            }
+
+            fn dfdx(&self) -> &[#real] {
+                self.dfdx.as_flattened()
+            }
+
+            fn dfdv(&self) -> &[#real] {
+                self.dfdv.as_flattened()
+            }
+        }
+        #knows
+    }
+}
+
+/// An item as rustc is to see it: without our attributes, and with leave to have as many arguments as it needs.
+fn plain(item: &syn::Item) -> TokenStream {
+    let keep = |attributes: &mut Vec<syn::Attribute>| attributes.retain(|it| !is_ours(it, &OURS));
+    match item.clone() {
+        syn::Item::Fn(mut function) => {
+            let source = function
+                .attrs
+                .iter()
+                .any(|attribute| is_ours(attribute, &FORCES))
+                .then(|| quote!(#[allow(dead_code, reason = "what is called may be the kernel alone")]));
+            keep(&mut function.attrs);
+            let many = (function.sig.inputs.len() > 7).then(|| {
+                quote!(#[allow(clippy::too_many_arguments, reason = "they are the parameters of a force")])
+            });
+            let loops = has_loop(function.block.to_token_stream()).then(|| {
+                quote!(#[allow(clippy::needless_range_loop, reason = "the force language has no iterators")])
+            });
+            quote!(#source #many #loops #function)
+        }
+        syn::Item::Mod(mut module) => {
+            keep(&mut module.attrs);
+            if let Some((_, items)) = &mut module.content {
+                *items = items.iter().map(|item| syn::Item::Verbatim(plain(item))).collect();
+            }
+            module.into_token_stream()
+        }
+        other => other.into_token_stream(),
+    }
+}
+
+/// Whether there is a `for` among the tokens.
+fn has_loop(tokens: TokenStream) -> bool {
+    tokens.into_iter().any(|token| match token {
+        TokenTree::Ident(ident) => ident == "for",
+        TokenTree::Group(group) => has_loop(group.stream()),
+        _ => false,
+    })
+}
+
+fn is_ours(attribute: &syn::Attribute, names: &[&str]) -> bool {
+    let segments: Vec<String> = attribute.path().segments.iter().map(|part| part.ident.to_string()).collect();
+    match segments.as_slice() {
+        [name] => names.contains(&name.as_str()),
+        [place, name] => place.starts_with("forcec") && names.contains(&name.as_str()),
+        _ => false,
+    }
+}
+
+/// Who may see each function.
+fn visibilities(items: &[syn::Item]) -> HashMap<String, syn::Visibility> {
+    let mut found = HashMap::new();
+    let mut pending: Vec<&syn::Item> = items.iter().collect();
+    while let Some(item) = pending.pop() {
+        match item {
+            syn::Item::Fn(function) => _ = found.insert(name_of(function), function.vis.clone()),
+            syn::Item::Mod(module) => pending.extend(module.content.iter().flat_map(|(_, items)| items)),
+            _ => {}
+        }
+    }
+    found
+}
+
+fn name_of(function: &syn::ItemFn) -> String {
+    function.sig.ident.to_string()
+}
+
+/// `#[name(options)]`
+fn attribute(name: &str, options: &TokenStream) -> TokenStream {
+    let name = format_ident!("{name}");
+    if options.is_empty() { quote!(#[#name]) } else { quote!(#[#name(#options)]) }
+}
+
+fn first(item: &syn::Item) -> proc_macro2::Span {
+    let tokens = item.to_token_stream().into_iter();
+    tokens.map(|token| token.span()).next().unwrap_or_else(proc_macro2::Span::call_site)
+}
+
+/// The tokens of an input in order, and as a text of their own: our places are places in that text.
+#[derive(Default)]
+struct Places {
+    text: String,
+    tokens: Vec<(Span, proc_macro2::Span)>,
+    by_start: HashMap<(usize, usize), usize>,
+}
+
+impl Places {
+    fn new(tokens: TokenStream) -> Places {
+        let mut places = Places::default();
+        let mut pending = vec![tokens.into_iter()];
+        // The closing brackets of the streams that are open.
+        let mut closing: Vec<(&str, proc_macro2::Span)> = Vec::new();
+        while let Some(stream) = pending.last_mut() {
+            match stream.next() {
+                Some(TokenTree::Group(group)) => {
+                    let (open, close) = match group.delimiter() {
+                        Delimiter::Parenthesis => ("(", ")"),
+                        Delimiter::Brace => ("{", "}"),
+                        Delimiter::Bracket => ("[", "]"),
+                        Delimiter::None => ("", ""),
+                    };
+                    places.token(open, group.span_open());
+                    closing.push((close, group.span_close()));
+                    pending.push(group.stream().into_iter());
+                }
+                Some(token) => places.token(&token.to_string(), token.span()),
+                None => {
+                    pending.pop();
+                    if let Some((close, span)) = closing.pop() {
+                        places.token(close, span);
+                    }
+                }
+            }
+        }
+        places
+    }
+
+    fn token(&mut self, text: &str, span: proc_macro2::Span) {
+        let start = span.start();
+        self.by_start.entry((start.line, start.column)).or_insert(self.tokens.len());
+        let from = self.text.len() as u32;
+        self.text.push_str(text);
+        self.tokens.push((Span { start: from, end: self.text.len() as u32 }, span));
+        self.text.push(' ');
+    }
+
+    /// Our place of a token.
+    fn of(&self, span: proc_macro2::Span) -> Span {
+        let start = span.start();
+        let index = self.by_start.get(&(start.line, start.column));
+        index.map_or_else(Span::default, |index| self.tokens[*index].0)
+    }
+
+    /// The first and the last token of a place.
+    fn ends(&self, span: Option<Span>) -> (proc_macro2::Span, proc_macro2::Span) {
+        let here = proc_macro2::Span::call_site();
+        let Some(span) = span.filter(|span| span.start < span.end) else { return (here, here) };
+        let first = self.tokens.partition_point(|(token, _)| token.start < span.start);
+        let last = self.tokens.partition_point(|(token, _)| token.end < span.end);
+        let at = |index: usize| self.tokens.get(index).map_or(here, |(_, span)| *span);
+        (at(first), at(last))
+    }
+}
+
+/// An error of rustc's with our text, from one token to another.
+fn complaint(error: &Diagnostic, start: proc_macro2::Span, end: proc_macro2::Span) -> TokenStream {
+    let mut message = format!("{}\n", error.message);
+    if !error.label.is_empty() {
+        message.push_str(&format!("\n  = note: {}", error.label));
+    }
+    if let Some(help) = &error.help {
+        message.push_str(&format!("\n  = help: {help}"));
+    }
+    compile_error(message.trim_end(), start, end)
+}
+
+/// An error in a file that rustc has not read: with the lines it is about.
+fn rendered(source: &Source, error: &Diagnostic, at: proc_macro2::Span) -> TokenStream {
+    let text = Diagnostics::new(source.clone(), vec![error.clone()]).render(false);
+    compile_error(text.strip_prefix("error: ").unwrap_or(&text), at, at)
+}
+
+fn compile_error(message: &str, start: proc_macro2::Span, end: proc_macro2::Span) -> TokenStream {
+    let mut message = Literal::string(message);
+    message.set_span(end);
+    let mut group = Group::new(Delimiter::Brace, TokenTree::from(message).into());
+    group.set_span(end);
+    let path = quote_spanned!(start=> ::core::compile_error!);
+    path.into_iter().chain([TokenTree::from(group)]).collect()
+}

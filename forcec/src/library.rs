@@ -1,0 +1,81 @@
+//! The compiler as a function: a text in, the texts of its kernels out.
+//!
+//! In: the text of a force file and what is wanted of it. Out: a text for each kernel, made for snapshots, or every
+//! message. A small change in the source makes a small change in the text.
+
+use crate::diagnostic::Diagnostics;
+use crate::kernel::{Precision, Target};
+use crate::span::Source;
+use std::fmt;
+
+/// What is wanted of a force file.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// What messages call the text.
+    pub name: String,
+    /// The language of the kernels.
+    pub target: Target,
+    /// Their precision.
+    pub real: Precision,
+}
+
+/// C in double precision, from a file called `forces.rs`.
+impl Default for Options {
+    fn default() -> Options {
+        Options { name: "forces.rs".to_owned(), target: Target::C, real: Precision::F64 }
+    }
+}
+
+/// The kernels of a force file as text, and what deserves a look.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// Name and text of each kernel, in source order.
+    pub kernels: Vec<(String, String)>,
+    /// Warnings.
+    pub warnings: Diagnostics,
+}
+
+impl Compiled {
+    /// The text of the kernel of this name: the function with its comment in C, the module in Rust.
+    ///
+    /// Panics if no force function has the name.
+    pub fn kernel(&self, name: &str) -> &str {
+        match self.kernels.iter().find(|(own, _)| own == name) {
+            Some((_, text)) => text,
+            None => {
+                let names: Vec<&str> = self.kernels.iter().map(|(own, _)| own.as_str()).collect();
+                panic!("no force function `{name}`; there are: {}", names.join(", "))
+            }
+        }
+    }
+}
+
+/// All kernels, one after another.
+impl fmt::Display for Compiled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, (_, text)) in self.kernels.iter().enumerate() {
+            write!(f, "{}{text}", if index > 0 { "\n" } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+/// Compiles the text of a force file, and returns the text of each kernel; or every error in it.
+///
+/// ```
+/// let text = "#[energy] fn lift(p: Particle, weight: Real) -> Real { weight * p.position.z }";
+/// let compiled = forcec::compile(text, &forcec::Options::default()).unwrap();
+/// assert!(compiled.kernel("lift").contains("out->force[2] = -params->weight;"));
+///
+/// let wrong = forcec::compile("#[energy] fn lift(p: Particle) -> Real { p.hight }", &forcec::Options::default());
+/// assert!(wrong.unwrap_err().to_string().contains("hight"));
+/// ```
+pub fn compile(source: &str, options: &Options) -> Result<Compiled, Diagnostics> {
+    let source = Source::new(options.name.as_str(), source);
+    let compiled = crate::compile::compile(&source, &|_| true)?;
+    let kernels = compiled.functions.iter().map(|function| {
+        let text = crate::targets::kernel(&function.kernel, options.target, options.real);
+        (function.kernel.name.clone(), text)
+    });
+    Ok(Compiled { kernels: kernels.collect(), warnings: Diagnostics::new(source, compiled.warnings) })
+}

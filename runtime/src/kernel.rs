@@ -1,0 +1,75 @@
+//! What ties a kernel to the runtime: a trait that the macros implement beside the kernel's module.
+//!
+//! A kernel is named by its `Output`, which every kernel has. Whoever holds bodies in arrays evaluates it in place: the
+//! bodies of one force are given by their indices, and nothing is packed or copied.
+
+use crate::bodies::{Particle, Rigid};
+use nalgebra::RealField;
+
+/// A body type.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum BodyKind {
+    /// [`Rigid`], six degrees of freedom: position, then rotation.
+    Rigid,
+    /// [`Particle`], three degrees of freedom.
+    Particle,
+}
+
+impl BodyKind {
+    /// Degrees of freedom.
+    pub const fn freedoms(self) -> usize {
+        match self {
+            BodyKind::Rigid => 6,
+            BodyKind::Particle => 3,
+        }
+    }
+}
+
+/// Bodies, an array for each type.
+#[derive(Clone, Copy, Debug)]
+pub struct Bodies<'a, R: RealField> {
+    /// Rigid bodies.
+    pub rigid: &'a [Rigid<R>],
+    /// Particles.
+    pub particles: &'a [Particle<R>],
+}
+
+/// A kernel: a force and its derivatives as a function of bodies and parameters.
+pub trait Kernel: Clone + Default {
+    /// The precision it computes in.
+    type Real: RealField + Copy;
+    /// Its parameters; `()` if it has none.
+    type Params: Clone;
+    /// An index for each body, `[usize; n]`.
+    type Indices: Copy + AsRef<[usize]>;
+    /// The name of its force function.
+    const NAME: &'static str;
+    /// The types of its bodies, in argument order.
+    const BODIES: &'static [BodyKind];
+    /// Degrees of freedom of all its bodies: N.
+    const FREEDOMS: usize;
+    /// For each row of ∂F/∂X a string of N letters: `.` stands where the entry is always zero.
+    const DFDX_NONZERO: &'static [&'static str];
+    /// The same for ∂F/∂V.
+    const DFDV_NONZERO: &'static [&'static str];
+
+    /// Computes force and derivatives for the bodies at these indices, each an index into the array of its type.
+    ///
+    /// Panics if an index is out of range.
+    fn evaluate(&mut self, bodies: &Bodies<'_, Self::Real>, indices: Self::Indices, params: &Self::Params);
+
+    /// F: N entries, the bodies in argument order.
+    fn force(&self) -> &[Self::Real];
+
+    /// ∂F/∂X: N² entries, row by row.
+    fn dfdx(&self) -> &[Self::Real];
+
+    /// ∂F/∂V: N² entries, row by row.
+    fn dfdv(&self) -> &[Self::Real];
+}
+
+/// The parameters of a kernel know it: a force can be named by its parameters alone.
+pub trait Parameters: Clone {
+    /// The kernel these are the parameters of.
+    type Kernel: Kernel<Params = Self>;
+}

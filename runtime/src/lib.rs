@@ -1,0 +1,43 @@
+//! What force functions and their kernels need at run time.
+//!
+//! A force function is written over the types of the [`prelude`]; with the feature `macros`, which is on by default, an
+//! attribute turns it into a kernel at compile time:
+//!
+//! ```
+//! use forcec_runtime::prelude::*;
+//!
+//! /// Ball joint: the anchor on `a` meets the anchor on `b`.
+//! #[constraint]
+//! pub fn ball(a: Rigid, b: Rigid, arm_a: Vec3, arm_b: Vec3) -> Vec3 {
+//!     let pa = a.position + a.orientation * arm_a;
+//!     let pb = b.position + b.orientation * arm_b;
+//!     pb - pa
+//! }
+//!
+//! // The function is a function still,
+//! let a = Rigid::default();
+//! let b = Rigid { position: Vec3::new(0.0, 0.0, 1.5), ..Rigid::default() };
+//! assert_eq!(ball(a, b, Vec3::z(), -Vec3::z()).z, -0.5);
+//!
+//! // and beside it stands its kernel.
+//! let params =
+//!     ball::Params { arm_a: [0.0, 0.0, 1.0], arm_b: [0.0, 0.0, -1.0], stiffness: 100.0, damping: 0.0 };
+//! let mut out = ball::Output::default();
+//! ball::evaluate(&a, &b, &params, &mut out);
+//! assert_eq!(out.force[2], -50.0);
+//! ```
+//!
+//! Without default features this crate has no macros and never builds the compiler; kernels then come from
+//! `forcec build --target rust` or from a build script.
+
+pub mod bodies;
+pub mod functions;
+pub mod kernel;
+pub mod prelude;
+pub mod prelude_f32;
+
+pub use bodies::{Particle, ParticleF32, Rigid, RigidF32, Wrench};
+#[cfg(feature = "macros")]
+pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
+pub use kernel::{Bodies, BodyKind, Kernel, Parameters};
+pub use nalgebra;

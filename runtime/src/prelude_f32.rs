@@ -1,0 +1,24 @@
+//! The names that force functions are written with, in single precision: `use forcec_runtime::prelude_f32::*`.
+
+pub use crate::bodies::{ParticleF32 as Particle, RigidF32 as Rigid};
+pub use crate::functions::{Inverse, Outer};
+#[cfg(feature = "macros")]
+pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
+pub use std::f32::consts::PI;
+
+/// A real number.
+pub type Real = f32;
+/// Two reals.
+pub type Vec2 = nalgebra::Vector2<Real>;
+/// Three reals.
+pub type Vec3 = nalgebra::Vector3<Real>;
+/// Four reals.
+pub type Vec4 = nalgebra::Vector4<Real>;
+/// A 2 × 2 matrix.
+pub type Mat2 = nalgebra::Matrix2<Real>;
+/// A 3 × 3 matrix.
+pub type Mat3 = nalgebra::Matrix3<Real>;
+/// A rotation as a unit quaternion.
+pub type Quat = nalgebra::UnitQuaternion<Real>;
+/// A force, and a torque about the centre of mass, in the world frame.
+pub type Wrench = crate::bodies::Wrench<Real>;

@@ -1,0 +1,136 @@
+//! What the macros leave in a program: functions to call, kernels beside them, and the traits that tie these together. All
+//! of it without a warning.
+
+#![cfg(feature = "macros")]
+#![deny(warnings, clippy::all)]
+
+use forcec_runtime::{Bodies, BodyKind, Kernel, Parameters};
+
+mod alone {
+    // Only what the function itself needs is imported.
+    use forcec_runtime::prelude::{Particle, Real, constraint, domain};
+
+    #[domain(rest_length = 0.1..2.0)]
+    #[constraint]
+    pub(crate) fn spring(p0: Particle, p1: Particle, rest_length: Real) -> Real {
+        (p1.position - p0.position).norm() - rest_length
+    }
+
+    // A private function, whose kernel nobody uses.
+    #[constraint(real = f32, unilateral)]
+    fn floor(p: Particle) -> Real {
+        p.position.z
+    }
+
+    #[test]
+    fn private_functions_can_be_called() {
+        let p = Particle { position: [0.0, 0.0, 2.0].into(), ..Particle::default() };
+        assert_eq!(floor(p), 2.0);
+    }
+}
+
+#[forcec_runtime::forces]
+mod fields {
+    //! Fields.
+
+    use forcec_runtime::prelude::*;
+
+    const HALF: Real = 0.5;
+
+    /// One half of something.
+    fn half(x: Real) -> Real {
+        HALF * x
+    }
+
+    /// Weight of a body that is tied to a rail, with more parameters than clippy likes.
+    #[energy]
+    pub(crate) fn rail(
+        body: Rigid,
+        weight: Real,
+        stiffness: Real,
+        origin: Vec3,
+        along: Vec3,
+        up: Vec3,
+        series: [Real; 3],
+        offset: Real,
+    ) -> Real {
+        let d = body.position - origin;
+        let across = d - along * along.dot(&d);
+        let mut sum = offset;
+        for k in 0..3 {
+            sum += series[k] * (k as Real);
+        }
+        weight * up.dot(&d) + half(stiffness * across.norm_squared()) + sum
+    }
+
+    /// A body turned home.
+    #[force(real = f64)]
+    pub(crate) fn homing(body: Rigid, p: Particle) -> (Wrench, Vec3) {
+        (
+            Wrench { force: p.position - body.position, torque: -body.angular_velocity },
+            body.position - p.position,
+        )
+    }
+}
+
+mod single {
+    use forcec_runtime::prelude_f32::*;
+
+    /// Weight, all of it in single precision.
+    #[energy(real = f32)]
+    pub(crate) fn lift(p: Particle, mass: Real) -> Real {
+        9.81 * mass * p.position.z
+    }
+}
+
+#[test]
+fn kernels_are_evaluated_in_place() {
+    use forcec_runtime::prelude::*;
+    let rigid = [Rigid::default(); 2];
+    let mut particles = [Particle::default(); 3];
+    particles[1].position = Vec3::new(3.0, 0.0, 0.0);
+    let bodies = Bodies { rigid: &rigid, particles: &particles };
+
+    let mut out = <alone::spring::Params as Parameters>::Kernel::default();
+    let params = alone::spring::Params { rest_length: 1.0, stiffness: 10.0, damping: 0.0 };
+    Kernel::evaluate(&mut out, &bodies, [2, 1], &params);
+    assert_eq!(out.force(), [20.0, 0.0, 0.0, -20.0, 0.0, 0.0]);
+    assert_eq!(out.dfdx()[0], -10.0);
+    assert_eq!(alone::spring::Output::NAME, "spring");
+    assert_eq!(alone::spring::Output::BODIES, [BodyKind::Particle, BodyKind::Particle]);
+
+    let mut out = fields::homing::Output::default();
+    Kernel::evaluate(&mut out, &bodies, [1, 1], &());
+    assert_eq!(out.force(), [3.0, 0.0, 0.0, 0.0, 0.0, 0.0, -3.0, 0.0, 0.0]);
+    assert_eq!(fields::homing::Output::FREEDOMS, 9);
+    assert_eq!(fields::homing::Output::DFDX_NONZERO[0], "x.....x..");
+    assert_eq!(out.dfdv()[3 * 9 + 3], -1.0);
+
+    assert_eq!(fields::rail(rigid[0], 1.0, 1.0, Vec3::zeros(), Vec3::x(), Vec3::z(), [1.0; 3], 0.5), 3.5);
+    assert_eq!(fields::rail_f32::FREEDOMS, 6);
+}
+
+#[test]
+fn single_precision_is_single_throughout() {
+    use forcec_runtime::prelude_f32::*;
+    let p = Particle { position: Vec3::z(), ..Particle::default() };
+    assert_eq!(single::lift(p, 2.0), 19.62_f32);
+    let mut out = single::lift_f32::Output::default();
+    single::lift_f32::evaluate(&p, &single::lift_f32::Params { mass: 2.0 }, &mut out);
+    assert_eq!(out.force, [0.0, 0.0, -19.62_f32]);
+}
+
+/// What nalgebra lacks.
+#[test]
+fn functions_of_the_language() {
+    use forcec_runtime::prelude::*;
+    let (u, v) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0));
+    assert_eq!(u.outer(&v)[(0, 2)], 6.0);
+    let m = Mat3::new(2.0, 1.0, 0.0, 0.0, 3.0, 1.0, 1.0, 0.0, 1.0);
+    assert!((m * m.inverse() - Mat3::identity()).norm() < 1e-15);
+    let m = Mat2::new(2.0, 1.0, 3.0, 4.0);
+    assert!((m * m.inverse() - Mat2::identity()).norm() < 1e-15);
+    // Quaternions are stored x, y, z, w.
+    let q = Quat::from_scaled_axis(Vec3::x() * PI);
+    assert!((q[0] - 1.0).abs() < 1e-15 && q[3].abs() < 1e-15);
+}

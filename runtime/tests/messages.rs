@@ -1,0 +1,9 @@
+//! Every message of the macros, and what they say to Rust that the force language leaves out. `TRYBUILD=overwrite` accepts
+//! new messages.
+
+#![cfg(feature = "macros")]
+
+#[test]
+fn messages() {
+    trybuild::TestCases::new().compile_fail("tests/ui/*.rs");
+}

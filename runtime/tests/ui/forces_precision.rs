@@ -1,0 +1,6 @@
+use forcec_runtime::prelude::*;
+
+#[forces(real = f16)]
+mod springs {}
+
+fn main() {}

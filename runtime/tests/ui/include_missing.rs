@@ -1,0 +1,5 @@
+use forcec_runtime::prelude::*;
+
+include_forces!("nowhere.rs");
+
+fn main() {}

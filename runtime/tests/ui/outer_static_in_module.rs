@@ -1,0 +1,15 @@
+use forcec_runtime::prelude::*;
+
+#[forces]
+mod fields {
+    use forcec_runtime::prelude::*;
+
+    static GRAVITY: Real = 9.81;
+
+    #[energy]
+    pub fn lift(p: Particle, mass: Real) -> Real {
+        mass * GRAVITY * p.position.z
+    }
+}
+
+fn main() {}

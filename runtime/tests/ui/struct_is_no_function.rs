@@ -1,0 +1,6 @@
+use forcec_runtime::prelude::*;
+
+#[energy]
+struct Spring;
+
+fn main() {}

@@ -1,0 +1,185 @@
+//! Writes what `tests/originals.rs` includes: a table of the library's functions and kernels, called with flat lists of
+//! reals; and the functions of some files once more, as they stand, over dual numbers.
+//!
+//! The text of a function is changed in two ways only, which Rust's types ask for: a literal becomes a dual number, and
+//! `a * b` becomes `times(a, b)`, as nalgebra multiplies nothing but its own reals from the left.
+
+use proc_macro2::{Ident, TokenStream};
+use quote::{ToTokens, format_ident, quote};
+use std::path::{Path, PathBuf};
+use syn::visit_mut::{VisitMut, visit_expr_mut};
+
+/// The files whose functions are differentiated by dual numbers.
+const DIFFERENTIATED: [&str; 3] = ["joints", "solids", "springs"];
+
+const KINDS: [&str; 3] = ["constraint", "energy", "force"];
+
+fn main() {
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets it"));
+    let folder = Path::new("../constraints");
+    println!("cargo::rerun-if-changed={}", folder.display());
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("the library is there")
+        .map(|e| e.expect("readable").path())
+        .collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
+    paths.sort();
+    let (mut rows, mut duals, mut modules) = (Vec::new(), Vec::new(), Vec::new());
+    for path in paths {
+        let text = std::fs::read_to_string(&path).expect("readable");
+        let file = syn::parse_file(&text).expect("Rust");
+        let stem = path.file_stem().expect("named").to_string_lossy().into_owned();
+        let module = format_ident!("{stem}");
+        let library = quote!(forcec_constraints::#module);
+        let forces: Vec<Force> = file.items.iter().filter_map(Force::read).collect();
+        rows.extend(forces.iter().map(|force| force.row(&library)));
+        if DIFFERENTIATED.contains(&stem.as_str()) {
+            duals.extend(forces.iter().map(|force| force.dual(&quote!(#module))));
+            let items = file.items.into_iter().filter_map(dual);
+            modules.push(quote! {
+                #[allow(clippy::all, reason = "the functions are the library's, which has its own checks")]
+                mod #module { use super::dual::prelude::*; #(#items)* }
+            });
+        }
+    }
+    let text = quote! {
+        fn library() -> Vec<Original> { vec![#(#rows),*] }
+        fn duals() -> Vec<Differentiated> { vec![#(#duals),*] }
+        #(#modules)*
+    };
+    let file = syn::parse2(text).expect("Rust");
+    std::fs::write(out.join("originals.rs"), prettyplease::unparse(&file))
+        .expect("the build folder can be written");
+}
+
+/// A force function.
+struct Force {
+    name: Ident,
+    kind: String,
+    options: String,
+    arguments: Vec<(Ident, String, bool)>,
+}
+
+impl Force {
+    fn read(item: &syn::Item) -> Option<Force> {
+        let syn::Item::Fn(function) = item else { return None };
+        let attribute = function.attrs.iter().find(|a| KINDS.iter().any(|kind| a.path().is_ident(kind)))?;
+        let options = match &attribute.meta {
+            syn::Meta::List(list) => list.tokens.to_string(),
+            _ => String::new(),
+        };
+        let arguments = function.sig.inputs.iter().map(|argument| {
+            let syn::FnArg::Typed(argument) = argument else { panic!("no methods") };
+            let syn::Pat::Ident(name) = &*argument.pat else { panic!("plain names") };
+            let (ty, reference) = match &*argument.ty {
+                syn::Type::Reference(reference) => (reference.elem.to_token_stream(), true),
+                ty => (ty.to_token_stream(), false),
+            };
+            (name.ident.clone(), ty.to_string(), reference)
+        });
+        Some(Force {
+            name: function.sig.ident.clone(),
+            kind: attribute.path().to_token_stream().to_string(),
+            options,
+            arguments: arguments.collect(),
+        })
+    }
+
+    fn call(&self) -> impl Iterator<Item = TokenStream> {
+        self.arguments
+            .iter()
+            .map(|(_, _, reference)| if *reference { quote!(&x.take()) } else { quote!(x.take()) })
+    }
+
+    /// The function and its kernel, in the library.
+    fn row(&self, module: &TokenStream) -> TokenStream {
+        let name = &self.name;
+        let text = name.to_string();
+        let call = self.call();
+        let body = |ty: &str| ty == "Rigid" || ty == "Particle";
+        let bodies: Vec<&Ident> = self.arguments.iter().filter(|a| body(&a.1)).map(|a| &a.0).collect();
+        let mut fields: Vec<Ident> =
+            self.arguments.iter().filter(|a| !body(&a.1)).map(|a| a.0.clone()).collect();
+        if self.kind == "constraint" {
+            fields.extend([format_ident!("stiffness"), format_ident!("damping")]);
+        }
+        let params =
+            (!fields.is_empty()).then(|| quote!(&#module::#name::Params { #(#fields: x.take()),* },));
+        quote! {
+            Original {
+                name: #text,
+                value: |x: &mut plain::Flat<'_>| plain::flat(#module::#name(#(#call),*)),
+                kernel: |x: &mut plain::Flat<'_>| {
+                    #(let #bodies = x.take();)*
+                    let mut out = #module::#name::Output::default();
+                    #module::#name::evaluate(#(&#bodies,)* #params &mut out);
+                    out.dfdx.as_flattened().to_vec()
+                },
+            }
+        }
+    }
+
+    /// The function over dual numbers.
+    fn dual(&self, module: &TokenStream) -> TokenStream {
+        let (name, kind) = (&self.name, &self.kind);
+        let text = name.to_string();
+        let call = self.call();
+        let unilateral = self.options.contains("unilateral");
+        let per_row = self.options.contains("per_row");
+        let bodies = self.arguments.iter().filter_map(|(_, ty, _)| match ty.as_str() {
+            "Rigid" => Some(quote!(true)),
+            "Particle" => Some(quote!(false)),
+            _ => None,
+        });
+        quote! {
+            Differentiated {
+                name: #text,
+                kind: #kind,
+                unilateral: #unilateral,
+                per_row: #per_row,
+                rigid: &[#(#bodies),*],
+                value: |x: &mut dual::Flat<'_>| dual::flat(#module::#name(#(#call),*)),
+            }
+        }
+    }
+}
+
+/// An item over dual numbers; `use` items are left out.
+fn dual(item: syn::Item) -> Option<syn::Item> {
+    let syn::Item::Fn(mut function) = item else { return None };
+    function.attrs.clear();
+    function.vis = syn::parse_quote!(pub(super));
+    Duals.visit_block_mut(&mut function.block);
+    Some(syn::Item::Fn(function))
+}
+
+/// An expression without brackets around it.
+fn bare(expr: &syn::Expr) -> &syn::Expr {
+    match expr {
+        syn::Expr::Paren(paren) => bare(&paren.expr),
+        other => other,
+    }
+}
+
+struct Duals;
+
+impl VisitMut for Duals {
+    fn visit_expr_mut(&mut self, expr: &mut syn::Expr) {
+        visit_expr_mut(self, expr);
+        *expr = match &*expr {
+            syn::Expr::Lit(literal) if matches!(literal.lit, syn::Lit::Float(_)) => {
+                syn::parse_quote!(real(#literal))
+            }
+            syn::Expr::Cast(cast) => {
+                let value = &cast.expr;
+                syn::parse_quote!(real(#value as f64))
+            }
+            syn::Expr::Path(path) if path.path.is_ident("PI") => syn::parse_quote!(real(PI)),
+            syn::Expr::Binary(syn::ExprBinary { left, op: syn::BinOp::Mul(_), right, .. }) => {
+                let (left, right) = (bare(left), bare(right));
+                syn::parse_quote!(times(#left, #right))
+            }
+            _ => return,
+        };
+    }
+}

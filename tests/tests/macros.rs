@@ -1,0 +1,175 @@
+//! What the macros make of tokens: the modules that `forcec build --target rust` writes, and the messages of the command
+//! line at the same places.
+
+use forcec::compile::compile;
+use forcec::expand;
+use forcec::kernel::{Precision, Target};
+use forcec::span::Source;
+use forcec::targets;
+use forcec_tests::{ForceFile, library, parallel, unseen};
+use proc_macro2::{TokenStream, TokenTree};
+use quote::ToTokens;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
+
+fn text(folder: &str, stem: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join(format!("{stem}.rs"));
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// A text as it stands in `#[forces] mod`, on the same lines.
+fn in_module(text: &str) -> Option<TokenStream> {
+    format!("mod forces {{ {text}\n}}").parse().ok()
+}
+
+fn formatted(item: &syn::ItemMod) -> String {
+    let file = syn::File {
+        shebang: None,
+        frontmatter: None,
+        attrs: Vec::new(),
+        items: vec![syn::Item::Mod(item.clone())],
+    };
+    prettyplease::unparse(&file)
+}
+
+/// The public modules among some items and within private modules, each by name.
+fn kernels(items: &[syn::Item], found: &mut BTreeMap<String, String>) {
+    for item in items {
+        let syn::Item::Mod(module) = item else { continue };
+        match module.vis {
+            syn::Visibility::Public(_) => _ = found.insert(module.ident.to_string(), formatted(module)),
+            _ => kernels(module.content.as_ref().map_or(&[], |(_, items)| items), found),
+        }
+    }
+}
+
+/// What the command line writes for a file.
+fn written(file: &ForceFile) -> BTreeMap<String, String> {
+    let generated = targets::emit(&file.printable(&PRECISIONS), Target::Rust);
+    let parsed = syn::parse_file(&generated[0].text).unwrap();
+    let mut found = BTreeMap::new();
+    kernels(&parsed.items, &mut found);
+    found
+}
+
+fn expanded(tokens: TokenStream) -> BTreeMap<String, String> {
+    let mut found = BTreeMap::new();
+    kernels(&syn::parse2::<syn::File>(tokens).unwrap().items, &mut found);
+    found
+}
+
+fn assert_equal(stem: &str, macros: &BTreeMap<String, String>, written: &BTreeMap<String, String>) {
+    for (name, text) in macros {
+        assert!(
+            *text == written[name],
+            "{stem}: `{name}` from the macro is not what the command line writes"
+        );
+    }
+}
+
+#[test]
+fn modules_are_what_the_command_line_writes() {
+    for (folder, files) in [("../constraints", library()), ("unseen", unseen())] {
+        let counts = parallel(files, |file| {
+            let module = in_module(&text(folder, &file.stem)).unwrap();
+            let expanded = expanded(expand::module(TokenStream::new(), module));
+            let written = written(&file);
+            assert!(expanded.keys().eq(written.keys()), "{}: the same kernels", file.stem);
+            assert_equal(&file.stem, &expanded, &written);
+            expanded.len()
+        });
+        assert!(counts.iter().sum::<usize>() > 50, "{folder} has kernels");
+    }
+}
+
+#[test]
+fn functions_alone_are_what_the_command_line_writes() {
+    let counts = parallel(library(), |file| {
+        let parsed = syn::parse_file(&text("../constraints", &file.stem)).unwrap();
+        let written = written(&file);
+        let mut alone = 0;
+        for item in parsed.items {
+            let syn::Item::Fn(mut function) = item else { continue };
+            let marks = ["constraint", "energy", "force"];
+            let mark = function.attrs.iter().position(|a| marks.iter().any(|m| a.path().is_ident(m)));
+            let Some(mark) = mark else { continue };
+            let attribute = function.attrs.remove(mark);
+            let options = match &attribute.meta {
+                syn::Meta::List(list) => list.tokens.clone(),
+                _ => TokenStream::new(),
+            };
+            let name = attribute.path().get_ident().unwrap().to_string();
+            let output = expand::function(&name, options, function.to_token_stream());
+            // One that needs a helper says so.
+            if errors(output.clone()).is_empty() {
+                let expanded = expanded(output);
+                assert_eq!(expanded.len(), 2, "{}", function.sig.ident);
+                assert_equal(&file.stem, &expanded, &written);
+                alone += 1;
+            }
+        }
+        alone
+    });
+    assert!(counts.iter().sum::<usize>() > 20, "some functions need no helper");
+}
+
+/// The messages of `compile_error!` and where they stand.
+fn errors(tokens: TokenStream) -> BTreeSet<(usize, usize, String)> {
+    let mut found = BTreeSet::new();
+    let mut pending = vec![tokens];
+    while let Some(tokens) = pending.pop() {
+        let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+        for (at, token) in tokens.iter().enumerate() {
+            let TokenTree::Group(group) = token else { continue };
+            let before = at.checked_sub(2).map(|name| tokens[name].to_string());
+            if before.as_deref() != Some("compile_error") {
+                pending.push(group.stream());
+                continue;
+            }
+            let text: syn::LitStr = syn::parse2(group.stream()).unwrap();
+            let start = tokens[at - 2].span().start();
+            let message = text.value().lines().next().unwrap().to_owned();
+            found.insert((start.line, start.column + 1, message));
+        }
+    }
+    found
+}
+
+/// Every wrong input says in a macro what it says on the command line, at the same token.
+#[test]
+fn messages_stand_where_the_command_line_puts_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("wrong");
+    let (mut compared, mut passed_over) = (0, Vec::new());
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|ending| ending != "rs") {
+            continue;
+        }
+        let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+        let Err(errors_there) = compile(&Source::new("force.rs", text.as_str()), &|_| true) else { continue };
+        let module = in_module(&text).filter(|module| syn::parse2::<syn::Item>(module.clone()).is_ok());
+        let Some(module) = module else {
+            passed_over.push(stem);
+            continue;
+        };
+        let shift = |line: usize| if line == 1 { "mod forces { ".len() } else { 0 };
+        let place = |offset| errors_there.source.line_column(offset);
+        let expected: BTreeSet<(usize, usize, String)> = errors_there
+            .list
+            .iter()
+            .filter_map(|error| {
+                let (line, column) = place(error.span.filter(|span| span.start < span.end)?.start);
+                Some((line, column + shift(line), error.message.clone()))
+            })
+            .collect();
+        let here = errors(expand::module(TokenStream::new(), module));
+        let missing: Vec<_> = expected.difference(&here).collect();
+        assert!(missing.is_empty(), "{stem}: the macro does not say {missing:?}; it says {here:?}");
+        compared += 1;
+    }
+    println!("{compared} wrong inputs say the same; not made of Rust's items: {passed_over:?}");
+    assert!(compared > 100, "{compared} wrong inputs");
+}
