@@ -21,6 +21,9 @@ use syn::parse::{Parse, ParseStream};
 
 /// `#[constraint]`, `#[energy]` or `#[force]`, by name, on one function.
 pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStream {
+    if let Some(error) = unfit(&item) {
+        return error.into_iter().chain(item).collect();
+    }
     let attribute = attribute(name, &options);
     let read = match syn::parse2::<syn::Item>(item.clone()) {
         Ok(syn::Item::Fn(function)) => function,
@@ -46,6 +49,9 @@ pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStr
 
 /// `#[domain(…)]` where it stands above the attribute that reads it: it goes below.
 pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
+    if let Some(error) = unfit(&item) {
+        return error.into_iter().chain(item).collect();
+    }
     if let Ok(syn::Item::Fn(mut function)) = syn::parse2::<syn::Item>(item.clone())
         && let Some(at) = function.attrs.iter().rposition(|attribute| is_ours(attribute, &FORCES))
     {
@@ -68,6 +74,9 @@ pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
 
 /// `#[forces]` on a module.
 pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
+    if let Some(error) = unfit(&item) {
+        return error.into_iter().chain(item).collect();
+    }
     let precisions = match syn::parse2::<Options>(options) {
         Ok(options) => options.precisions,
         Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
@@ -144,8 +153,14 @@ pub fn file(input: TokenStream) -> TokenStream {
             "mark one with `#[constraint]`, `#[energy]` or `#[force]`",
         );
     }
-    let file = match TokenStream::from_str(&text).map_err(syn::Error::from).and_then(syn::parse2::<syn::File>)
-    {
+    let tokens = match TokenStream::from_str(&text) {
+        Ok(tokens) => tokens,
+        Err(error) => return syn::Error::from(error).to_compile_error(),
+    };
+    if let Some(error) = unfit(&tokens) {
+        return error;
+    }
+    let file = match syn::parse2::<syn::File>(tokens) {
         Ok(file) => file,
         Err(error) => return error.to_compile_error(),
     };
@@ -253,6 +268,13 @@ fn with_own_tokens<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
+/// The message about tokens that must not be parsed.
+fn unfit(tokens: &TokenStream) -> Option<TokenStream> {
+    let error = syntax::check_limits(tokens.clone()).err()?;
+    let here = proc_macro2::Span::call_site();
+    Some(complaint(&error, here, here))
+}
+
 /// What is being read.
 struct Reading<'a> {
     /// What the module of its kernels is named after.
@@ -269,11 +291,9 @@ fn compiled(
     reading: &Reading<'_>,
     precisions: &[Precision],
 ) -> TokenStream {
-    let places = Places::new(tokens.clone());
+    let places = Places::new(tokens);
     let source = Source::new(reading.name, places.text.as_str());
-    let result = syntax::check_limits(tokens)
-        .map_err(|error| Diagnostics::new(source.clone(), vec![Diagnostic { span: None, ..error }]))
-        .and_then(|()| syntax::from_items(source.clone(), attributes, items, |span| places.of(span)))
+    let result = syntax::from_items(source, attributes, items, |span| places.of(span))
         .and_then(|ast| Ok((compile_file(&ast, &|_| true)?, ast)));
     match result {
         Ok((compiled, _)) if compiled.functions.is_empty() => {
