@@ -24,7 +24,9 @@ fn kernels() -> Vec<String> {
 fn kernel(bencher: Bencher<'_, '_>, name: &str) {
     let has = |source: &Source| source.text.contains(&format!("fn {name}("));
     let source = library().into_iter().find(has).expect("the file of the kernel");
-    bencher.bench(|| forcec::compile::compile(&source, &|wanted| wanted == name).is_ok());
+    bencher.bench(|| {
+        forcec::compile::compile(&source, &|wanted| wanted == name, forcec::optimize::Effort::Default).is_ok()
+    });
 }
 
 /// Made-up kernels of about 1e4 and 1e5 nodes.

@@ -6,6 +6,7 @@
 use crate::diagnostic::Diagnostics;
 use crate::files::{self, Output};
 use crate::kernel::{Precision, Target};
+use crate::optimize::Effort;
 use std::path::{Path, PathBuf};
 
 /// Compiles force files from a build script.
@@ -28,6 +29,7 @@ pub struct Build {
     out: Option<PathBuf>,
     targets: Vec<Target>,
     precisions: Vec<Precision>,
+    effort: Effort,
 }
 
 /// Why a build failed: every message, in order.
@@ -78,6 +80,12 @@ impl Build {
         self
     }
 
+    /// How long to look for fewer operations.
+    pub fn effort(mut self, effort: Effort) -> Build {
+        self.effort = effort;
+        self
+    }
+
     /// Writes the kernels and tells cargo what to watch. On an error cargo is told, and the process ends with 1.
     ///
     /// Returns the files that were written.
@@ -123,7 +131,7 @@ impl Build {
             },
         };
         let found = files::read_all(&self.inputs);
-        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, &mut |_| {});
+        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, self.effort, &mut |_| {});
         let mut others = found.errors;
         if diagnostics.is_empty() && others.is_empty() {
             others.extend(files::duplicates(&units));

@@ -7,7 +7,7 @@ use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::Kernel;
-use crate::optimize::optimize;
+use crate::optimize::{Effort, optimize};
 use crate::scalar::{Operations, Program};
 use crate::schedule::schedule;
 use crate::span::Source;
@@ -47,26 +47,31 @@ pub struct Stages {
 }
 
 /// Compiles the force functions of a source text whose names are wanted.
-pub fn compile(source: &Source, wanted: &dyn Fn(&str) -> bool) -> Result<Compiled, Diagnostics> {
-    compile_file(&syntax::parse(source)?, wanted)
+pub fn compile(
+    source: &Source,
+    wanted: &dyn Fn(&str) -> bool,
+    effort: Effort,
+) -> Result<Compiled, Diagnostics> {
+    compile_file(&syntax::parse(source)?, wanted, effort)
 }
 
 /// Compiles the force functions of a parsed file whose names are wanted.
 pub fn compile_file(
     file: &syntax::ast::File,
     wanted: &dyn Fn(&str) -> bool,
+    effort: Effort,
 ) -> Result<Compiled, Diagnostics> {
     let checked = check::check(file)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let functions = definitions.map(|definition| stages(file, definition)).collect();
+    let functions = definitions.map(|definition| stages(file, definition, effort)).collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
-fn stages(file: &syntax::ast::File, definition: Definition) -> Stages {
+fn stages(file: &syntax::ast::File, definition: Definition, effort: Effort) -> Stages {
     let started = Instant::now();
-    let optimized = optimize(derive(&definition));
+    let optimized = optimize(derive(&definition), effort);
     let schedule = schedule(&optimized.program);
     let time = started.elapsed();
     let kernel = Kernel {

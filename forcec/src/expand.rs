@@ -9,6 +9,7 @@ use crate::bodies::BodyKind;
 use crate::compile::{Stages, compile, compile_file};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::kernel::Precision;
+use crate::optimize::Effort;
 use crate::span::{Source, Span};
 use crate::syntax::{self, ast};
 use crate::targets::rust::{kernel_module, module_name};
@@ -129,7 +130,7 @@ pub fn file(input: TokenStream) -> TokenStream {
     };
     let shown = included.path.value();
     let result = with_own_tokens(|| {
-        let compiled = compile(&Source::new(shown, text.clone()), &|_| true)?;
+        let compiled = compile(&Source::new(shown, text.clone()), &|_| true, Effort::Default)?;
         let file = syntax::parse(&compiled.source)?;
         Ok::<_, Diagnostics>((compiled, file))
     });
@@ -294,7 +295,7 @@ fn compiled(
     let places = Places::new(tokens);
     let source = Source::new(reading.name, places.text.as_str());
     let result = syntax::from_items(source, attributes, items, |span| places.of(span))
-        .and_then(|ast| Ok((compile_file(&ast, &|_| true)?, ast)));
+        .and_then(|ast| Ok((compile_file(&ast, &|_| true, Effort::Default)?, ast)));
     match result {
         Ok((compiled, _)) if compiled.functions.is_empty() => {
             let here = proc_macro2::Span::call_site();

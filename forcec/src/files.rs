@@ -7,6 +7,7 @@ use crate::compile::{Compiled, compile};
 use crate::diagnostic::Diagnostics;
 use crate::identifiers::defined_for;
 use crate::kernel::{File, Precision, Target};
+use crate::optimize::Effort;
 use crate::span::Source;
 use crate::{syntax, targets};
 use std::collections::BTreeMap;
@@ -75,12 +76,13 @@ pub(crate) fn read_all(named: &[PathBuf]) -> Found {
 pub(crate) fn compile_all(
     sources: Vec<(PathBuf, Source)>,
     wanted: &dyn Fn(&str) -> bool,
+    effort: Effort,
     step: &mut dyn FnMut(&str),
 ) -> (Vec<Unit>, Vec<Diagnostics>) {
     let (mut units, mut errors) = (Vec::new(), Vec::new());
     for (path, source) in sources {
         step(&source.name);
-        match compile(&source, wanted) {
+        match compile(&source, wanted, effort) {
             Ok(compiled) => units.push(Unit { path, compiled }),
             Err(diagnostics) => errors.push(diagnostics),
         }

@@ -39,3 +39,4 @@ pub mod verify;
 pub use build::Build;
 pub use kernel::{Precision, Target};
 pub use library::{Compiled, Options, compile};
+pub use optimize::Effort;

@@ -5,6 +5,7 @@
 
 use crate::diagnostic::Diagnostics;
 use crate::kernel::{Precision, Target};
+use crate::optimize::Effort;
 use crate::span::Source;
 use std::fmt;
 
@@ -17,12 +18,19 @@ pub struct Options {
     pub target: Target,
     /// Their precision.
     pub real: Precision,
+    /// How long to look for fewer operations.
+    pub effort: Effort,
 }
 
 /// C in double precision, from a file called `forces.rs`.
 impl Default for Options {
     fn default() -> Options {
-        Options { name: "forces.rs".to_owned(), target: Target::C, real: Precision::F64 }
+        Options {
+            name: "forces.rs".to_owned(),
+            target: Target::C,
+            real: Precision::F64,
+            effort: Effort::Default,
+        }
     }
 }
 
@@ -72,7 +80,7 @@ impl fmt::Display for Compiled {
 /// ```
 pub fn compile(source: &str, options: &Options) -> Result<Compiled, Diagnostics> {
     let source = Source::new(options.name.as_str(), source);
-    let compiled = crate::compile::compile(&source, &|_| true)?;
+    let compiled = crate::compile::compile(&source, &|_| true, options.effort)?;
     let kernels = compiled.functions.iter().map(|function| {
         let text = crate::targets::kernel(&function.kernel, options.target, options.real);
         (function.kernel.name.clone(), text)

@@ -53,7 +53,8 @@ fn read(path: &str) -> String {
 
 fn compiled(path: &str, names: &[&str]) -> Compiled {
     let source = Source::new(path, read(path));
-    compile(&source, &|name| names.contains(&name)).unwrap_or_else(|errors| panic!("{errors}"))
+    compile(&source, &|name| names.contains(&name), forcec::optimize::Effort::Default)
+        .unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 /// The named kernels of the library, in the order of the names.

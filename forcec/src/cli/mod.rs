@@ -9,6 +9,7 @@ mod show;
 mod stats;
 
 use crate::kernel::{Precision, Target};
+use crate::optimize::Effort;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -64,6 +65,15 @@ struct Input {
     /// Only the force function of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
+    /// How long to look for fewer operations
+    #[arg(long, value_parser = effort, default_value = "default", value_name = "quick|default|max")]
+    effort: Effort,
+}
+
+/// The effort of this name.
+fn effort(name: &str) -> Result<Effort, String> {
+    let found = Effort::ALL.into_iter().find(|(own, _)| *own == name);
+    found.map(|(_, effort)| effort).ok_or_else(|| "it is one of `quick`, `default` and `max`".to_owned())
 }
 
 /// Why a command did not end well.

@@ -4,6 +4,7 @@ use super::{Failure, Input, Outcome, print};
 use crate::derive::derive;
 use crate::formula::Dialect;
 use crate::kernel::{Precision, Target};
+use crate::optimize::Effort;
 use crate::targets::emit;
 use crate::text;
 use std::path::PathBuf;
@@ -37,11 +38,17 @@ pub(super) struct Show {
     /// Which stage
     #[arg(long)]
     stage: Stage,
+    /// How long to look for fewer operations
+    #[arg(long, value_parser = super::effort, default_value = "default", value_name = "quick|default|max")]
+    effort: Effort,
+    /// With `--stage optimized`: operations after every pass instead of the values
+    #[arg(long)]
+    explain: bool,
 }
 
 impl Show {
     pub(super) fn run(self) -> Outcome {
-        let input = Input { paths: vec![self.path], only: vec![self.name.clone()] };
+        let input = Input { paths: vec![self.path], only: vec![self.name.clone()], effort: self.effort };
         let units = input.compile()?;
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;
@@ -59,6 +66,7 @@ impl Show {
             Stage::Graph => function.definition.graph.to_string(),
             Stage::Derivative => text::derivative(&mut derive(&function.definition), Dialect::Text),
             Stage::Latex => text::derivative(&mut derive(&function.definition), Dialect::Latex),
+            Stage::Optimized if self.explain => text::passes(function),
             Stage::Optimized => function.program.to_string(),
             Stage::Schedule => function.kernel.schedule.to_string(),
             Stage::Rust => rendered(Target::Rust),

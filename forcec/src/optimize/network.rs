@@ -34,6 +34,7 @@ enum Output {
 }
 
 /// The network.
+#[derive(Clone)]
 pub struct Network {
     /// The program it was made of: leaves and operations refer to its graph.
     source: Program,
@@ -182,11 +183,16 @@ impl Network {
     }
 
     /// The atoms that outputs are multiples of.
-    fn roots(&self) -> impl Iterator<Item = Atom> {
+    pub fn roots(&self) -> impl Iterator<Item = Atom> {
         self.source.outputs().filter_map(|id| match self.outputs[&id] {
             Output::Multiple(_, atom) => Some(atom),
             Output::Number(_) => None,
         })
+    }
+
+    /// Whether an atom carries a name from the source.
+    pub fn is_named(&self, atom: Atom) -> bool {
+        self.names.contains_key(&atom)
     }
 
     /// Live atoms, operands first.

@@ -90,6 +90,12 @@ impl Polynomial {
         self.place(monomial).ok().map(|i| self.0.remove(i).1)
     }
 
+    /// Takes the first term out whose product is wanted.
+    pub fn take_first(&mut self, wanted: impl Fn(Monomial) -> bool) -> Option<(Monomial, Exact)> {
+        let place = self.0.iter().position(|(monomial, _)| wanted(*monomial))?;
+        Some(self.0.remove(place))
+    }
+
     /// Adds a term.
     pub fn add(&mut self, monomial: Monomial, coefficient: &Exact) {
         match self.place(monomial) {

@@ -1,0 +1,150 @@
+//! Local search around the greedy factoring: some values are dissolved into their users, everything is factored again,
+//! and what costs no more is kept.
+//!
+//! In and out: a [`Network`]. The choices come from a fixed seed and the rounds are counted, so the same input makes the
+//! same output everywhere. A value that carries a name stays, and so does a sum that can be exact where it is small:
+//! multiplied out, its users would lose what it saves. What is dissolved changes the error by a small factor only.
+
+use super::extract::extract;
+use super::network::{Network, Value};
+use super::polynomial::{Atom, Monomial};
+use super::resubstitute::resubstitute;
+
+/// What one round tries: `1/2^rarity` of the values, into sums of at most so many terms.
+struct Round {
+    rarity: u32,
+    longest: usize,
+}
+
+/// The rounds, over and over.
+const ROUNDS: [Round; 8] = [
+    Round { rarity: 0, longest: 6 },
+    Round { rarity: 1, longest: 6 },
+    Round { rarity: 0, longest: 8 },
+    Round { rarity: 1, longest: 6 },
+    Round { rarity: 2, longest: 6 },
+    Round { rarity: 0, longest: 4 },
+    Round { rarity: 1, longest: 12 },
+    Round { rarity: 3, longest: 6 },
+];
+
+/// Searches for this many rounds, factoring in at most so many steps each.
+pub fn search(network: &mut Network, rounds: usize, steps: usize) {
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut cost = network.operations().total();
+    let mut candidates = dissolvable(network);
+    for round in ROUNDS.iter().cycle().take(rounds) {
+        if candidates.is_empty() {
+            return;
+        }
+        let mut attempt = network.clone();
+        let mut users = users(network);
+        for _ in 0..=candidates.len() >> round.rarity {
+            let atom = candidates[random.below(candidates.len())];
+            dissolve(&mut attempt, &mut users, atom, round.longest);
+        }
+        extract(&mut attempt, steps);
+        if resubstitute(&mut attempt) {
+            extract(&mut attempt, steps);
+        }
+        let total = attempt.operations().total();
+        if total <= cost {
+            cost = total;
+            *network = attempt;
+            candidates = dissolvable(network);
+        }
+    }
+}
+
+/// The sums that may be dissolved: nameless, never exact, read by sums alone.
+fn dissolvable(network: &Network) -> Vec<Atom> {
+    let order = network.order();
+    let mut stays = exact(network, &order);
+    for root in network.roots() {
+        stays[root as usize] = true;
+    }
+    for &atom in &order {
+        if let Value::Operation(_, operands) = &network.values[atom as usize] {
+            operands.iter().for_each(|x| stays[*x as usize] = true);
+        }
+    }
+    let is_sum = |atom: &Atom| matches!(network.values[*atom as usize], Value::Sum(_));
+    order.into_iter().filter(|x| is_sum(x) && !stays[*x as usize] && !network.is_named(*x)).collect()
+}
+
+/// Which atoms can be known far better than to the rounding of what they are made of: inputs, pinned differences,
+/// numbers, and sums in which two of these can cancel.
+fn exact(network: &Network, order: &[Atom]) -> Vec<bool> {
+    let mut exact = vec![false; network.values.len()];
+    for &atom in order {
+        exact[atom as usize] = match &network.values[atom as usize] {
+            Value::Leaf(_) | Value::Number(_) => true,
+            Value::Sum(polynomial) => {
+                let plain = |m: &Monomial| match network.monomials.atoms(*m) {
+                    [] => true,
+                    [atom] => exact[*atom as usize],
+                    _ => false,
+                };
+                polynomial.monomials().filter(plain).count() >= 2
+            }
+            Value::Operation(..) | Value::Dead => false,
+        };
+    }
+    exact
+}
+
+/// The sums that read each atom.
+fn users(network: &Network) -> Vec<Vec<Atom>> {
+    let mut users = vec![Vec::new(); network.values.len()];
+    for user in network.order() {
+        network.each_operand(user, |x| users[x as usize].push(user));
+    }
+    users
+}
+
+/// Multiplies a sum out wherever it occurs, if its users stay short.
+fn dissolve(network: &mut Network, users: &mut [Vec<Atom>], atom: Atom, longest: usize) {
+    let Value::Sum(definition) = &network.values[atom as usize] else { return };
+    let definition = definition.clone();
+    let mut changed = Vec::new();
+    let mut readers = users[atom as usize].clone();
+    readers.dedup();
+    for user in readers {
+        let Value::Sum(polynomial) = &network.values[user as usize] else { continue };
+        let mut polynomial = polynomial.clone();
+        let monomials = &mut network.monomials;
+        while let Some((monomial, coefficient)) =
+            polynomial.take_first(|m| monomials.atoms(m).contains(&atom))
+        {
+            let rest = monomials.quotient(monomials.atoms(monomial), &[atom]).expect("it is held");
+            for (term, c) in definition.terms() {
+                let mut product = rest.clone();
+                product.extend_from_slice(monomials.atoms(*term));
+                polynomial.add(monomials.intern(&mut product), &(&coefficient * c));
+            }
+            if polynomial.len() > longest {
+                return;
+            }
+        }
+        changed.push((user, polynomial));
+    }
+    for (user, polynomial) in changed {
+        network.values[user as usize] = Value::Sum(polynomial);
+        network.each_operand(atom, |x| users[x as usize].push(user));
+    }
+    network.values[atom as usize] = Value::Dead;
+}
+
+/// SplitMix64 (Steele, Lea and Flood 2014): small, fast, and the same everywhere.
+struct Random(u64);
+
+impl Random {
+    /// A number below the limit.
+    fn below(&mut self, limit: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((x ^ (x >> 31)) % limit as u64) as usize
+    }
+}
