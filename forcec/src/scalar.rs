@@ -482,6 +482,17 @@ impl Program {
         self.force.iter().chain(self.dfdx.iter().flatten()).chain(self.dfdv.iter().flatten()).copied()
     }
 
+    /// The same outputs over no nodes yet.
+    pub fn outline(&self) -> Program {
+        Program {
+            signature: self.signature.clone(),
+            graph: Graph::default(),
+            force: self.force.clone(),
+            dfdx: self.dfdx.clone(),
+            dfdv: self.dfdv.clone(),
+        }
+    }
+
     /// Replaces every output.
     pub fn map_outputs(&mut self, mut map: impl FnMut(Id) -> Id) {
         let dfdx = self.dfdx.iter_mut().flatten();

@@ -13,6 +13,7 @@ pub mod search;
 use crate::derive::Derived;
 use crate::scalar::{Operations, Program};
 use network::Network;
+use std::rc::Rc;
 
 /// How long to look for fewer operations.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
@@ -102,7 +103,7 @@ pub struct Optimized {
 
 /// Lowers and optimises.
 pub fn optimize(derived: Derived, effort: Effort) -> Optimized {
-    let lowered = lower::lower(derived);
+    let lowered = Rc::new(lower::lower(derived));
     let mut report = vec![("lower", lowered.operations())];
     let mut network = Network::new(&lowered);
     for pass in &PASSES {

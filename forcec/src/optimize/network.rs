@@ -10,6 +10,7 @@ use crate::exact::Exact;
 use crate::scalar::{Graph, Id, Node, Operations, Program};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// What an atom is.
 #[derive(Clone, Debug)]
@@ -37,7 +38,7 @@ enum Output {
 #[derive(Clone)]
 pub struct Network {
     /// The program it was made of: leaves and operations refer to its graph.
-    source: Program,
+    source: Rc<Program>,
     /// What each atom is.
     pub values: Vec<Value>,
     /// Products.
@@ -65,7 +66,7 @@ struct Reader<'p> {
 
 impl Network {
     /// Reads a program.
-    pub fn new(program: &Program) -> Network {
+    pub fn new(program: &Rc<Program>) -> Network {
         let live = program.live();
         let graph = &program.graph;
         let mut uses = vec![0_u32; graph.len()];
@@ -85,7 +86,7 @@ impl Network {
             }
         }
         let network = Network {
-            source: Program { graph: graph.clone(), ..program.clone() },
+            source: Rc::clone(program),
             values: Vec::new(),
             monomials: Monomials::default(),
             names: BTreeMap::new(),
@@ -435,7 +436,7 @@ impl Network {
             }
             ids[atom as usize] = Some(id);
         }
-        let mut program = self.source.clone();
+        let mut program = self.source.outline();
         program.map_outputs(|id| match &self.outputs[&id] {
             Output::Number(value) => graph.constant(value.clone()),
             Output::Multiple(c, atom) => {
