@@ -253,8 +253,7 @@ impl Builder<'_> {
             return;
         }
         let value = if self.flipped[item as usize] { negate(value) } else { value };
-        let length = self.told[item as usize].as_ref().map_or(self.part_width(), String::len);
-        let value = self.fit(value, Room::definition(length));
+        let value = self.fit(value, Room::DEFINITION);
         let name = match &self.told[item as usize] {
             Some(name) => name.clone(),
             None => self.numbered(),

@@ -2,6 +2,8 @@
 //!
 //! In: a tree and the room it has. Out: a tree that fits, after the parts that did not have become lines of their own.
 //! Widths are the widest of all targets, so that every target's lines are the same; rustfmt leaves such lines alone.
+//! Where a line is cut is decided with every temporary's name as long as names are: a name that gets longer moves the
+//! right side of its line onto the next, if it must, and cuts nothing. Only what has no room there either is cut for it.
 
 use crate::bodies::{Signature, Slot};
 use crate::identifiers::{Target, spelled};
@@ -12,35 +14,43 @@ use crate::schedule::{Expression, Variable};
 /// Inputs that are longer than this get a short name.
 pub(super) const LONG_INPUT: usize = 27;
 
-/// Arguments of a call stay narrower than rustfmt's `fn_call_width`.
-const ARGUMENTS: usize = 50;
+/// How long the name of a temporary is held to be.
+const NAME: usize = 12;
+
+/// The right side of a statement on a line of its own: 100 columns without rustfmt's indentation.
+const LINE: usize = 87;
+
+/// Arguments of a call, as wide as they are held to be and as they are: narrower than rustfmt's `fn_call_width`.
+const ARGUMENTS: [usize; 2] = [46, 50];
 
 /// What a tree may take.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Room {
+    /// With all names of one length.
     width: usize,
+    /// With the names as they are.
+    written: usize,
     operations: usize,
 }
 
 impl Room {
     /// A tree within another.
-    pub(super) const INLINE: Room = Room { width: 56, operations: 7 };
+    pub(super) const INLINE: Room = Room { width: 56, written: LINE, operations: 7 };
 
     /// The right side of a store: 100 columns without `    out->dfdx[00][00] = ;`.
-    pub(super) const STORE: Room = Room { width: 75, operations: 9 };
+    pub(super) const STORE: Room = Room { width: 75, written: LINE, operations: 9 };
 
     /// The right side of a definition: 100 columns without `    const double name = ;`.
-    pub(super) fn definition(name: usize) -> Room {
-        Room { width: 79 - name, operations: 9 }
-    }
+    pub(super) const DEFINITION: Room = Room { width: 79 - NAME, written: LINE, operations: 9 };
 
     fn holds(self, size: Size) -> bool {
-        size.width <= self.width && size.operations <= self.operations
+        size.width <= self.width && size.written <= self.written && size.operations <= self.operations
     }
 
     fn less(self, size: Size) -> Room {
         Room {
             width: self.width.saturating_sub(size.width).max(20),
+            written: self.written.saturating_sub(size.written).max(20),
             operations: self.operations.saturating_sub(size.operations).max(1),
         }
     }
@@ -49,14 +59,32 @@ impl Room {
 /// What a tree takes.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 struct Size {
+    /// With all names of one length.
     width: usize,
+    /// With the names as they are.
+    written: usize,
     operations: usize,
+}
+
+impl Size {
+    /// Something whose width no temporary's name is part of.
+    fn new(width: usize, operations: usize) -> Size {
+        Size { width, written: width, operations }
+    }
+
+    fn name(length: usize) -> Size {
+        Size { width: NAME, written: length, operations: 0 }
+    }
 }
 
 impl std::ops::Add for Size {
     type Output = Size;
     fn add(self, other: Size) -> Size {
-        Size { width: self.width + other.width, operations: self.operations + other.operations }
+        Size {
+            width: self.width + other.width,
+            written: self.written + other.written,
+            operations: self.operations + other.operations,
+        }
     }
 }
 
@@ -75,39 +103,32 @@ pub(super) fn input_width(signature: &Signature, slot: Slot) -> usize {
 
 fn measure(signature: &Signature, variables: &[Variable], expression: &Expression) -> Size {
     let inner = expression.children();
-    let mut size =
+    let inside =
         inner.iter().fold(Size::default(), |size, child| size + measure(signature, variables, child));
     let parentheses = |child: &&&Expression| !child.is_atom() && !matches!(child, Expression::Call(..));
     let own = match expression {
-        Expression::Literal(value) => {
-            Size { width: format!("{:?}", value.to_f64()).len() + 1, operations: 0 }
-        }
-        Expression::Known(_) => Size { width: 5, operations: 0 },
-        Expression::Input(slot) => Size { width: input_width(signature, *slot), operations: 0 },
-        Expression::Name(name) => Size { width: variables[name.index()].name.len(), operations: 0 },
-        Expression::Negative(_) | Expression::Not(_) => Size { width: 3, operations: 0 },
-        Expression::Difference(_) => Size { width: 5, operations: 1 },
+        Expression::Literal(value) => Size::new(format!("{:?}", value.to_f64()).len() + 1, 0),
+        Expression::Known(_) => Size::new(5, 0),
+        Expression::Input(slot) => Size::new(input_width(signature, *slot), 0),
+        Expression::Name(name) => Size::name(variables[name.index()].name.len()),
+        Expression::Negative(_) | Expression::Not(_) => Size::new(3, 0),
+        Expression::Difference(_) => Size::new(5, 1),
         Expression::Sum(terms) => {
             let sums = inner.iter().filter(|child| matches!(child, Expression::Sum(_))).count();
-            Size {
-                width: 3 * (terms.len() - 1) + usize::from(terms[0].0) + 2 * sums,
-                operations: terms.len() - 1,
-            }
+            Size::new(3 * (terms.len() - 1) + usize::from(terms[0].0) + 2 * sums, terms.len() - 1)
         }
         Expression::Quotient(over, under) => {
             let operators = over.len().max(1) + under.len() - 1;
             let one = if over.is_empty() { 3 } else { 0 };
             let around = if under.len() > 1 { 2 } else { 0 };
             let wrapped = inner.iter().filter(parentheses).count();
-            Size { width: 3 * operators + one + around + 2 * wrapped, operations: operators }
+            Size::new(3 * operators + one + around + 2 * wrapped, operators)
         }
-        Expression::Call(function, _) => Size { width: spelling_width(*function), operations: 1 },
-        Expression::Select(_) => Size { width: 6, operations: 1 },
-        Expression::Compare(..) => Size { width: 4, operations: 1 },
-        Expression::And(_) | Expression::Or(_) => Size { width: 4, operations: 1 },
+        Expression::Call(function, _) => Size::new(spelling_width(*function), 1),
+        Expression::Select(_) => Size::new(6, 1),
+        Expression::Compare(..) | Expression::And(_) | Expression::Or(_) => Size::new(4, 1),
     };
-    size = size + own;
-    size
+    inside + own
 }
 
 /// The width of a call without its arguments.
@@ -174,9 +195,9 @@ impl Builder<'_> {
     }
 
     fn fit_call(&mut self, function: Function, arguments: Vec<Expression>, room: Room) -> Expression {
-        let name = Size { width: spelling_width(function), operations: 1 };
-        let mut room = room.less(name);
-        room.width = room.width.min(ARGUMENTS);
+        let mut room = room.less(Size::new(spelling_width(function), 1));
+        room.width = room.width.min(ARGUMENTS[0]);
+        room.written = room.written.min(ARGUMENTS[1]);
         Expression::Call(function, self.cut_greatest(arguments, room, 1))
     }
 
@@ -184,7 +205,7 @@ impl Builder<'_> {
     fn cut_greatest(&mut self, mut list: Vec<Expression>, room: Room, least: usize) -> Vec<Expression> {
         let sizes: Vec<Size> = list.iter().map(|x| self.size(x)).collect();
         let mut total = sizes.iter().fold(Size::default(), |sum, size| sum + *size);
-        total.width += 3 * list.len();
+        total = total + Size::new(3 * list.len(), 0);
         let mut order: Vec<usize> = (0..list.len()).filter(|&i| sizes[i].operations >= least).collect();
         order.sort_by_key(|&i| std::cmp::Reverse((sizes[i].operations, sizes[i].width)));
         let mut cut = vec![false; list.len()];
@@ -193,7 +214,9 @@ impl Builder<'_> {
                 break;
             }
             cut[index] = true;
-            total.width = (total.width + self.part_width()).saturating_sub(sizes[index].width);
+            total = total + Size::name(self.part_width());
+            total.width -= sizes[index].width;
+            total.written -= sizes[index].written;
             total.operations -= sizes[index].operations;
         }
         for (slot, cut) in list.iter_mut().zip(cut) {
@@ -213,7 +236,7 @@ impl Builder<'_> {
         join: &dyn Fn(Vec<(bool, Expression)>) -> (bool, Expression),
     ) -> Vec<(bool, Expression)> {
         const GREAT: usize = 3;
-        let joints = Size { width: 0, operations: terms.len().saturating_sub(1) };
+        let joints = Size::new(0, terms.len().saturating_sub(1));
         let (signs, trees): (Vec<bool>, Vec<Expression>) = terms.into_iter().unzip();
         let trees = self.cut_greatest(trees, room.less(joints), GREAT);
         let mut terms: Vec<(bool, Expression)> = signs.into_iter().zip(trees).collect();
@@ -222,7 +245,7 @@ impl Builder<'_> {
             let total = |range: &[Size]| {
                 let joints = range.len().saturating_sub(1);
                 let sum = range.iter().fold(Size::default(), |sum, size| sum + *size);
-                Size { width: sum.width + 3 * joints, operations: sum.operations + joints }
+                sum + Size::new(3 * joints, joints)
             };
             if room.holds(total(&sizes)) {
                 return terms;
@@ -232,8 +255,11 @@ impl Builder<'_> {
                 return signs.into_iter().zip(self.cut_greatest(trees, room, 1)).collect();
             }
             // Two neighbours must fit on one line.
-            let line = Room::definition(self.part_width());
-            let wide = |size: &Size| size.operations > 0 && 2 * size.width + 3 > line.width;
+            let line = Room::DEFINITION;
+            let wide = |size: &Size| {
+                size.operations > 0
+                    && (2 * size.width + 3 > line.width || 2 * size.written + 3 > line.written)
+            };
             if sizes.iter().any(wide) {
                 for ((_, tree), size) in terms.iter_mut().zip(&sizes) {
                     if wide(size) {

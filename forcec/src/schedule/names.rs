@@ -126,10 +126,10 @@ pub(super) fn assign(
             names[item] = Some(taken.claim(&output_name(signature, *output)));
         }
     }
-    let mut bases: Vec<Option<String>> = vec![None; count];
+    let mut bases: Vec<Option<Told>> = vec![None; count];
     for item in 0..count {
         let told = match &names[item] {
-            Some(name) if items.sources[item].is_some() => Some(name.clone()),
+            Some(name) if items.sources[item].is_some() => Some(Told::source(name.clone())),
             Some(_) => None,
             None if flipped[item] && !matches!(items.items[item], Item::Sum(_) | Item::Difference(..)) => {
                 None
@@ -137,7 +137,7 @@ pub(super) fn assign(
             None => told(signature, items, &bases, flipped, item as ItemId),
         };
         if own_line[item] && names[item].is_none() {
-            names[item] = told.as_ref().map(|name| taken.claim(name));
+            names[item] = told.as_ref().map(|told| taken.claim(&told.name));
         }
         bases[item] = told;
     }
@@ -162,20 +162,51 @@ fn slot_name(signature: &Signature, slot: Slot) -> String {
     name.replace(['.', '['], "_").replace(']', "")
 }
 
+/// What an item is made of, and how long that is held to be.
+#[derive(Clone)]
+struct Told {
+    name: String,
+    /// The same for every name of the source, so that no name elsewhere hangs on how long the author's are.
+    length: usize,
+}
+
+impl Told {
+    /// A longer one is no name.
+    const SHORT: usize = 20;
+
+    /// A name that is the author's.
+    fn source(name: String) -> Told {
+        const LENGTH: usize = 7;
+        Told { name, length: LENGTH }
+    }
+
+    fn plain(name: impl Into<String>) -> Told {
+        let name = name.into();
+        Told { length: name.len(), name }
+    }
+
+    fn and(&self, text: &str) -> Told {
+        Told { name: format!("{}{text}", self.name), length: self.length + text.len() }
+    }
+
+    fn then(self, other: &Told) -> Told {
+        Told { name: self.name + &other.name, length: self.length + other.length }
+    }
+}
+
 /// What an item is made of, in a word, if that is short.
 fn told(
     signature: &Signature,
     items: &Items,
-    bases: &[Option<String>],
+    bases: &[Option<Told>],
     flipped: &[bool],
     item: ItemId,
-) -> Option<String> {
-    const SHORT: usize = 20;
-    let base = |id: ItemId| if flipped[id as usize] { None } else { bases[id as usize].as_deref() };
+) -> Option<Told> {
+    let base = |id: ItemId| if flipped[id as usize] { None } else { bases[id as usize].as_ref() };
     let flipped = flipped[item as usize];
-    let name = match &items.items[item as usize] {
+    let told = match &items.items[item as usize] {
         Item::Input(slot) => {
-            return Some(tidy(&slot_name(signature, *slot)));
+            return Some(Told::plain(tidy(&slot_name(signature, *slot))));
         }
         Item::Difference(first, second) => {
             let (first, second) = if flipped { (second, first) } else { (first, second) };
@@ -185,22 +216,22 @@ fn told(
             };
             let body = &signature.bodies.get(from.argument as usize)?.name;
             let name = slot_name(signature, to).replacen('_', &format!("_minus_{body}_"), 1);
-            return Some(tidy(&name.replace("_p_", "_")));
+            return Some(Told::plain(tidy(&name.replace("_p_", "_"))));
         }
         Item::Quotient(..) if items.powers.contains_key(&item) => {
             let (of, exponent) = items.powers[&item];
             match exponent {
-                2 => format!("{}_sq", base(of)?),
-                _ => format!("{}_pow{exponent}", base(of)?),
+                2 => base(of)?.and("_sq"),
+                _ => base(of)?.and(&format!("_pow{exponent}")),
             }
         }
         Item::Quotient(over, under) => match (over.as_slice(), under.as_slice()) {
-            ([], [x]) => format!("inv_{}", base(*x)?),
-            ([x], [y]) => format!("{}_per_{}", base(*x)?, base(*y)?),
+            ([], [x]) => Told::plain("inv_").then(base(*x)?),
+            ([x], [y]) => base(*x)?.and("_per_").then(base(*y)?),
             ([x, y], []) => match &items.items[*x as usize] {
-                Item::Number(number) if *number == Exact::from(2) => format!("two_{}", base(*y)?),
-                Item::Number(number) if *number == Exact::ratio(1, 2) => format!("half_{}", base(*y)?),
-                _ => format!("{}_{}", base(*x)?, base(*y)?),
+                Item::Number(number) if *number == Exact::from(2) => Told::plain("two_").then(base(*y)?),
+                Item::Number(number) if *number == Exact::ratio(1, 2) => Told::plain("half_").then(base(*y)?),
+                _ => base(*x)?.and("_").then(base(*y)?),
             },
             _ => return None,
         },
@@ -208,7 +239,7 @@ fn told(
             if !matches!(function, Function::CosSqrt(_) | Function::AngleRatio(_)) =>
         {
             match arguments.as_slice() {
-                [x] if !x.negative => format!("{}_{}", function.row().name, base(x.item)?),
+                [x] if !x.negative => Told::plain(&format!("{}_", function.row().name)).then(base(x.item)?),
                 _ => return None,
             }
         }
@@ -218,8 +249,8 @@ fn told(
                 if x.negative != flipped {
                     return None;
                 }
-                let sign = if y.negative != flipped { "minus" } else { "plus" };
-                format!("{}_{sign}_{}", base(x.item)?, base(y.item)?)
+                let sign = if y.negative != flipped { "_minus_" } else { "_plus_" };
+                base(x.item)?.and(sign).then(base(y.item)?)
             }
             _ => return None,
         },
@@ -227,15 +258,15 @@ fn told(
             let zero =
                 |edge: &Edge| matches!(&items.items[edge.item as usize], Item::Number(n) if n.is_zero());
             match (x.negative, y.negative) {
-                (false, false) if zero(y) => format!("{}_negative", base(x.item)?),
-                (true, false) if zero(y) => format!("{}_positive", base(x.item)?),
-                (false, false) => format!("{}_below_{}", base(x.item)?, base(y.item)?),
+                (false, false) if zero(y) => base(x.item)?.and("_negative"),
+                (true, false) if zero(y) => base(x.item)?.and("_positive"),
+                (false, false) => base(x.item)?.and("_below_").then(base(y.item)?),
                 _ => return None,
             }
         }
         _ => return None,
     };
-    (name.len() <= SHORT).then_some(name)
+    (told.length <= Told::SHORT).then_some(told)
 }
 
 #[cfg(test)]

@@ -17,6 +17,9 @@ use std::ops::Range;
 
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
+/// A longer statement continues on the next line: 100 columns without the indentation of a function's body.
+const WIDTH: usize = 96;
+
 fn real(precision: Precision) -> &'static str {
     match precision {
         Precision::F64 => "double",
@@ -284,12 +287,13 @@ impl C<'_> {
     }
 
     fn assign(left: &str, value: &str) -> Vec<String> {
-        vec![format!("{left} = {value};")]
+        let line = format!("{left} = {value};");
+        if line.len() <= WIDTH { vec![line] } else { vec![format!("{left} ="), format!("    {value};")] }
     }
 
     fn choose(left: &str, [c, x, y]: [&str; 3]) -> Vec<String> {
         let line = format!("{left} = {c} ? {x} : {y};");
-        if line.len() <= 96 {
+        if line.len() <= WIDTH {
             return vec![line];
         }
         vec![format!("{left} ="), format!("    {c}"), format!("        ? {x}"), format!("        : {y};")]
