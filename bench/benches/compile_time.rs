@@ -25,7 +25,7 @@ fn kernel(bencher: Bencher<'_, '_>, name: &str) {
     let has = |source: &Source| source.text.contains(&format!("fn {name}("));
     let source = library().into_iter().find(has).expect("the file of the kernel");
     bencher.bench(|| {
-        forcec::compile::compile(&source, &|wanted| wanted == name, forcec::optimize::Effort::Default).is_ok()
+        forcec::compile::compile(&source, &|wanted| wanted == name, forcec::Effort::Default).is_ok()
     });
 }
 

@@ -22,7 +22,7 @@ pub fn library() -> Vec<Source> {
 
 /// Compiles everything in a source.
 pub fn compile_all(source: &Source) -> Compiled {
-    match compile(source, &|_| true, forcec::optimize::Effort::Default) {
+    match compile(source, &|_| true, forcec::Effort::Default) {
         Ok(compiled) => compiled,
         Err(diagnostics) => panic!("{diagnostics}"),
     }

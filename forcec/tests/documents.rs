@@ -53,7 +53,7 @@ fn read(path: &str) -> String {
 
 fn compiled(path: &str, names: &[&str]) -> Compiled {
     let source = Source::new(path, read(path));
-    compile(&source, &|name| names.contains(&name), forcec::optimize::Effort::Default)
+    compile(&source, &|name| names.contains(&name), forcec::Effort::Default)
         .unwrap_or_else(|errors| panic!("{errors}"))
 }
 

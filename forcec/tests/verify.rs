@@ -512,7 +512,7 @@ fn stiff_kernels_raise_no_false_alarm() {
 /// A kernel from the text of its function, by the whole pipeline, and what the check says of it.
 fn checked(text: &str) -> Report {
     let source = forcec::span::Source::new("force.rs", text);
-    let compiled = forcec::compile::compile(&source, &|_| true, forcec::optimize::Effort::Default)
+    let compiled = forcec::compile::compile(&source, &|_| true, forcec::Effort::Default)
         .unwrap_or_else(|errors| panic!("{errors}"));
     let function = &compiled.functions[0];
     let subject = Subject { source: &function.source, program: &function.program };
@@ -563,7 +563,7 @@ fn the_library_passes() {
         for path in paths {
             let text = std::fs::read_to_string(&path).expect("the file can be read");
             let source = forcec::span::Source::new(path.display().to_string(), text);
-            let compiled = forcec::compile::compile(&source, &|_| true, forcec::optimize::Effort::Default);
+            let compiled = forcec::compile::compile(&source, &|_| true, forcec::Effort::Default);
             let compiled = compiled.unwrap_or_else(|_| panic!("{} compiles", path.display()));
             for function in &compiled.functions {
                 let subject = Subject { source: &function.source, program: &function.program };

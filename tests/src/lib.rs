@@ -62,7 +62,7 @@ fn files(folder: &str) -> Vec<ForceFile> {
 
 /// Compiles a text that is right.
 pub fn compiled(name: &str, text: &str) -> Compiled {
-    match compile(&Source::new(format!("{name}.rs"), text), &|_| true) {
+    match compile(&Source::new(format!("{name}.rs"), text), &|_| true, forcec::Effort::Default) {
         Ok(compiled) => compiled,
         Err(errors) => panic!("{name} does not compile:\n{errors}\n{text}"),
     }

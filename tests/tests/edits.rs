@@ -39,7 +39,7 @@ impl Edit {
 /// The kernel of one function of a file.
 fn kernel(file: &syn::File, name: &str) -> Option<String> {
     let source = Source::new("edited.rs", prettyplease::unparse(file));
-    let compiled = compile(&source, &|wanted| wanted == name, forcec::optimize::Effort::Default).ok()?;
+    let compiled = compile(&source, &|wanted| wanted == name, forcec::Effort::Default).ok()?;
     Some(targets::kernel(&compiled.functions.first()?.kernel, Target::C, Precision::F64))
 }
 

@@ -38,8 +38,7 @@ fn stem(path: &Path) -> String {
 fn compiled(path: &Path) -> Compiled {
     let name = path.file_name().unwrap().to_string_lossy();
     let source = Source::new(name, std::fs::read_to_string(path).unwrap());
-    compile(&source, &|_| true, forcec::optimize::Effort::Default)
-        .unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
+    compile(&source, &|_| true, forcec::Effort::Default).unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
 }
 
 /// The stages an input asks for in its first line.

@@ -149,7 +149,11 @@ fn messages_stand_where_the_command_line_puts_them() {
         }
         let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
         let Ok(text) = std::fs::read_to_string(&path) else { continue };
-        let Err(errors_there) = compile(&Source::new("force.rs", text.as_str()), &|_| true) else { continue };
+        let Err(errors_there) =
+            compile(&Source::new("force.rs", text.as_str()), &|_| true, forcec::Effort::Default)
+        else {
+            continue;
+        };
         let module = in_module(&text).filter(|module| syn::parse2::<syn::Item>(module.clone()).is_ok());
         let Some(module) = module else {
             passed_over.push(stem);

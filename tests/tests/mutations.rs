@@ -178,7 +178,7 @@ fn damaged_files_are_answered() {
             // Checked files are compiled too: one function each, so that the time is spent on many files.
             let names: Vec<&str> = outcome.definitions.iter().map(|d| d.name.as_str()).collect();
             let Some(name) = names.get(run % names.len().max(1)) else { return 2 };
-            let compiled = compile(&source, &|wanted| wanted == *name, forcec::optimize::Effort::Default)
+            let compiled = compile(&source, &|wanted| wanted == *name, forcec::Effort::Default)
                 .expect("what passed the check compiles");
             let file = File {
                 stem: "damaged".to_owned(),
