@@ -216,6 +216,9 @@ pub(crate) struct Output {
 pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
     let failed =
         |path: &Path, error: std::io::Error| format!("error: cannot write `{}`: {error}", path.display());
+    if folder.exists() && !folder.is_dir() {
+        return Err(failed(folder, std::io::ErrorKind::NotADirectory.into()));
+    }
     fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
     let mut waiting: Vec<(PathBuf, &Path)> = Vec::new();
     let written = (|| {

@@ -78,7 +78,12 @@ impl<'g> Formulas<'g> {
             let number = taken.entry(name.clone()).or_default();
             *number += 1;
             let unique = if *number == 1 && name != "t" { name } else { format!("{name}_{number}") };
-            formulas.lines.push((index, text));
+            // What is in parentheses wherever it stands needs none on a line of its own.
+            let bare = match graph.node(index as usize) {
+                Node::Difference(..) => text.trim_start_matches('(').trim_end_matches(')').to_owned(),
+                _ => text,
+            };
+            formulas.lines.push((index, bare));
             let spelled = formulas.spell_name(&unique, formulas.is_vector(index));
             formulas.made.insert(index, (spelled.clone(), Binding::Atom));
             formulas.names.insert(index, spelled);

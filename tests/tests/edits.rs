@@ -4,8 +4,7 @@
 //! added at the end, unused, and as an offset of the row of a constraint; each of its lets renamed.
 //!
 //! Not all of these are small for the kernel: a factor that was 1 in every derivative, ½ · 2, becomes a multiplication
-//! everywhere; a name stands in every line that uses it, and a longer one cuts lines elsewhere, after which the numbered
-//! parts of a value are counted anew. What is asserted is what holds: of each kind of edit the one in the middle changes at
+//! everywhere; a name stands in every line that uses it, and one that is too long for its line cuts it elsewhere. What is asserted is what holds: of each kind of edit the one in the middle changes at
 //! most a tenth, and no more go beyond a tenth than do now. The test prints those that do.
 
 use forcec::compile::compile;
@@ -175,7 +174,7 @@ fn small_edits_make_small_differences() {
     let all: Vec<Edit> = parallel(stems, |stem: String| edits(&stem)).into_iter().flatten().collect();
     let mut faults = Vec::new();
     // Edits of a kind, and how many of them may change more than a tenth of the lines: as many as do.
-    for (kind, most) in [("constant", 30), ("parameter: unused", 0), ("parameter: offset", 6), ("let", 40)] {
+    for (kind, most) in [("constant", 30), ("parameter: unused", 0), ("parameter: offset", 6), ("let", 28)] {
         let mut of_kind: Vec<&Edit> = all.iter().filter(|edit| edit.what.starts_with(kind)).collect();
         of_kind.sort_by(|x, y| y.share().total_cmp(&x.share()));
         let more = of_kind.iter().filter(|edit| edit.share() > 0.1).count();

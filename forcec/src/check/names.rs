@@ -348,8 +348,8 @@ impl<'a> Walker<'a> {
             Some(format!("`{name}` is a method; write `x.{name}({arguments})`"))
         } else if let Some(other) = builtins::instead(name, &Type::Real) {
             Some(other.to_owned())
-        } else if Type::named(name).is_some() {
-            Some(format!("write `{name}::new(…)`"))
+        } else if let Some(ty) = Type::names().find(|ty| ty.eq_ignore_ascii_case(name)) {
+            Some(format!("write `{ty}::new(…)`"))
         } else {
             suggest::did_you_mean(name, self.program.callable())
         };

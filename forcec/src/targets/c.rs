@@ -292,9 +292,9 @@ impl C<'_> {
     }
 
     fn choose(left: &str, [c, x, y]: [&str; 3]) -> Vec<String> {
-        let line = format!("{left} = {c} ? {x} : {y};");
-        if line.len() <= WIDTH {
-            return vec![line];
+        let value = format!("{c} ? {x} : {y}");
+        if "    ;".len() + value.len() <= WIDTH {
+            return C::assign(left, &value);
         }
         vec![format!("{left} ="), format!("    {c}"), format!("        ? {x}"), format!("        : {y};")]
     }
