@@ -15,13 +15,13 @@ use crate::schedule::{Expression, Variable};
 pub(super) const LONG_INPUT: usize = 27;
 
 /// How long the name of a temporary is held to be.
-const NAME: usize = 12;
+const NAME: usize = 9;
 
 /// The right side of a statement on a line of its own: 100 columns without rustfmt's indentation.
 const LINE: usize = 87;
 
 /// Arguments of a call, as wide as they are held to be and as they are: narrower than rustfmt's `fn_call_width`.
-const ARGUMENTS: [usize; 2] = [46, 50];
+const ARGUMENTS: [usize; 2] = [72, 50];
 
 /// What a tree may take.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -35,13 +35,13 @@ pub(super) struct Room {
 
 impl Room {
     /// A tree within another.
-    pub(super) const INLINE: Room = Room { width: 56, written: LINE, operations: 7 };
+    pub(super) const INLINE: Room = Room { width: 58, written: LINE, operations: 7 };
 
     /// The right side of a store: 100 columns without `    out->dfdx[00][00] = ;`.
     pub(super) const STORE: Room = Room { width: 75, written: LINE, operations: 9 };
 
-    /// The right side of a definition: 100 columns without `    const double name = ;`.
-    pub(super) const DEFINITION: Room = Room { width: 79 - NAME, written: LINE, operations: 9 };
+    /// The right side of a definition: three products of two names, and a root of them.
+    pub(super) const DEFINITION: Room = Room { width: 75, written: LINE, operations: 9 };
 
     fn holds(self, size: Size) -> bool {
         size.width <= self.width && size.written <= self.written && size.operations <= self.operations

@@ -239,7 +239,7 @@ fn told(
             if !matches!(function, Function::CosSqrt(_) | Function::AngleRatio(_)) =>
         {
             match arguments.as_slice() {
-                [x] if !x.negative => Told::plain(&format!("{}_", function.row().name)).then(base(x.item)?),
+                [x] if !x.negative => Told::plain(format!("{}_", function.row().name)).then(base(x.item)?),
                 _ => return None,
             }
         }

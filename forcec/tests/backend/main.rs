@@ -281,6 +281,8 @@ fn recount(text: &str) -> Operations {
         }
         let line = line.replace("->", ".").replace(".fill(", " ");
         let value = line.split_once(" = ").map_or(line.as_str(), |(_, value)| value);
+        // A sign after `if` is no subtraction.
+        let value = value.strip_prefix("if ").unwrap_or(value);
         let tokens: Vec<char> = value.chars().collect();
         for (i, token) in tokens.iter().enumerate() {
             let before = tokens[..i].iter().rev().find(|c| **c != ' ');
