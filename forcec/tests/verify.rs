@@ -45,7 +45,7 @@ impl Sample {
 
     fn program(&self) -> Program {
         let definition = self.definition(Graph::new(self.signature()));
-        forcec::optimize::optimize(forcec::derive::derive(&definition)).program
+        forcec::optimize::optimize(forcec::derive::derive(&definition), forcec::Effort::Default).program
     }
 
     fn check(&self) -> Report {

@@ -214,7 +214,7 @@ fn condition(probe: &Probe, precision: Precision, case: &Case, entries: &[usize]
     let mut largest = 0.0f64;
     for _ in 0..16 {
         let mut inputs = case.inputs.clone();
-        for x in inputs.iter_mut().filter(|x| **x != 0.0) {
+        for x in &mut inputs {
             let up = random.uniform(-1.0, 1.0) > 0.0;
             *x = match precision {
                 Precision::F64 if up => x.next_up(),

@@ -191,6 +191,11 @@ impl Network {
         })
     }
 
+    /// Whether an atom is a sum of several terms, which can cancel.
+    pub fn is_mixed(&self, atom: Atom) -> bool {
+        matches!(&self.values[atom as usize], Value::Sum(polynomial) if polynomial.len() > 1)
+    }
+
     /// Whether an atom carries a name from the source.
     pub fn is_named(&self, atom: Atom) -> bool {
         self.names.contains_key(&atom)

@@ -3,12 +3,14 @@
 //!
 //! In and out: a [`Network`]. The choices come from a fixed seed and the rounds are counted, so the same input makes the
 //! same output everywhere. A value that carries a name stays, and so does a sum that can be exact where it is small:
-//! multiplied out, its users would lose what it saves. What is dissolved changes the error by a small factor only.
+//! multiplied out, its users would lose what it saves. Nor is a product of two sums multiplied out. What is dissolved
+//! changes the error by a small factor only.
 
 use super::extract::extract;
 use super::network::{Network, Value};
 use super::polynomial::{Atom, Monomial};
 use super::resubstitute::resubstitute;
+use rustc_hash::FxHashSet;
 
 /// What one round tries: `1/2^rarity` of the values, into sums of at most so many terms.
 struct Round {
@@ -39,9 +41,10 @@ pub fn search(network: &mut Network, rounds: usize, steps: usize) {
         }
         let mut attempt = network.clone();
         let mut users = users(network);
+        let small: FxHashSet<Atom> = candidates.iter().copied().filter(|x| network.is_mixed(*x)).collect();
         for _ in 0..=candidates.len() >> round.rarity {
             let atom = candidates[random.below(candidates.len())];
-            dissolve(&mut attempt, &mut users, atom, round.longest);
+            dissolve(&mut attempt, &mut users, &small, atom, round.longest);
         }
         extract(&mut attempt, steps);
         if resubstitute(&mut attempt) {
@@ -103,7 +106,15 @@ fn users(network: &Network) -> Vec<Vec<Atom>> {
 }
 
 /// Multiplies a sum out wherever it occurs, if its users stay short.
-fn dissolve(network: &mut Network, users: &mut [Vec<Atom>], atom: Atom, longest: usize) {
+///
+/// A product of two sums stays one: where both are small, the terms of neither are.
+fn dissolve(
+    network: &mut Network,
+    users: &mut [Vec<Atom>],
+    small: &FxHashSet<Atom>,
+    atom: Atom,
+    longest: usize,
+) {
     let Value::Sum(definition) = &network.values[atom as usize] else { return };
     let definition = definition.clone();
     let mut changed = Vec::new();
@@ -117,6 +128,9 @@ fn dissolve(network: &mut Network, users: &mut [Vec<Atom>], atom: Atom, longest:
             polynomial.take_first(|m| monomials.atoms(m).contains(&atom))
         {
             let rest = monomials.quotient(monomials.atoms(monomial), &[atom]).expect("it is held");
+            if rest.iter().any(|x| small.contains(x)) {
+                return;
+            }
             for (term, c) in definition.terms() {
                 let mut product = rest.clone();
                 product.extend_from_slice(monomials.atoms(*term));
