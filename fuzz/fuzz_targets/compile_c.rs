@@ -8,7 +8,7 @@ use forcec::targets::emit;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {
-    let Ok(compiled) = compile(&Source::new("fuzz.rs", text), &|_| true) else { return };
+    let Ok(compiled) = compile(&Source::new("fuzz.rs", text), &|_| true, forcec::Effort::Quick) else { return };
     let file = File {
         stem: "fuzz".to_owned(),
         docs: compiled.docs,
