@@ -79,9 +79,6 @@ void hand_point_to_point(const forcec_rigid_f64 *a, const forcec_rigid_f64 *b,
           xab_yz);
     row12(out->dfdx[5], ka.y, -ka.x, 0.0, sa_zx, sa_zy, sa_zz, -ka.y, ka.x, 0.0, xab_zx, xab_zy,
           xab_zz);
-    row12(out->dfdx[6], ks, 0.0, 0.0, -na_xx, -na_xy, -na_xz, -ks, 0.0, 0.0, nb_xx, nb_xy, nb_xz);
-    row12(out->dfdx[7], 0.0, ks, 0.0, -na_yx, -na_yy, -na_yz, 0.0, -ks, 0.0, nb_yx, nb_yy, nb_yz);
-    row12(out->dfdx[8], 0.0, 0.0, ks, -na_zx, -na_zy, -na_zz, 0.0, 0.0, -ks, nb_zx, nb_zy, nb_zz);
     row12(out->dfdx[9], 0.0, -kb.z, kb.y, xba_xx, xba_xy, xba_xz, 0.0, kb.z, -kb.y, sb_xx,
           sb_xy, sb_xz);
     row12(out->dfdx[10], kb.z, 0.0, -kb.x, xba_yx, xba_yy, xba_yz, -kb.z, 0.0, kb.x, sb_yx,
@@ -111,13 +108,18 @@ void hand_point_to_point(const forcec_rigid_f64 *a, const forcec_rigid_f64 *b,
           -c_yz);
     row12(out->dfdv[5], da.y, -da.x, 0.0, ma_xz, ma_yz, ma_zz, -da.y, da.x, 0.0, -c_zx, -c_zy,
           -c_zz);
-    row12(out->dfdv[6], kd, 0.0, 0.0, 0.0, da.z, -da.y, -kd, 0.0, 0.0, 0.0, -db.z, db.y);
-    row12(out->dfdv[7], 0.0, kd, 0.0, -da.z, 0.0, da.x, 0.0, -kd, 0.0, db.z, 0.0, -db.x);
-    row12(out->dfdv[8], 0.0, 0.0, kd, da.y, -da.x, 0.0, 0.0, 0.0, -kd, -db.y, db.x, 0.0);
     row12(out->dfdv[9], 0.0, -db.z, db.y, -c_xx, -c_yx, -c_zx, 0.0, db.z, -db.y, mb_xx, mb_xy,
           mb_xz);
     row12(out->dfdv[10], db.z, 0.0, -db.x, -c_xy, -c_yy, -c_zy, -db.z, 0.0, db.x, mb_xy, mb_yy,
           mb_yz);
     row12(out->dfdv[11], -db.y, db.x, 0.0, -c_xz, -c_yz, -c_zz, db.y, -db.x, 0.0, mb_xz, mb_yz,
           mb_zz);
+
+    /* The other body's force, in vectors: the loop must stay a loop. */
+#pragma GCC unroll 1
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 12; column++) {
+            out->dfdx[6 + row][column] = -out->dfdx[row][column];
+            out->dfdv[6 + row][column] = -out->dfdv[row][column];
+        }
 }
