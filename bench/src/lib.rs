@@ -1,6 +1,8 @@
-//! Texts to compile: the library, and force files of any size.
+//! What the benchmarks share: texts to compile, the library and force files of any size, and the timing of kernels.
 //!
 //! The benchmark `compile_time` and the test `time_per_node` both read them.
+
+pub mod kernels;
 
 use forcec::compile::{Compiled, compile};
 use forcec::span::Source;

@@ -1,0 +1,365 @@
+//! How long kernels take: emitted C and Rust and C by hand, in one process, by turns.
+//!
+//! In: what to measure. Out: a [`Row`] for each kernel and maker. The library is compiled, printed, and built by gcc and
+//! rustc into one program with a driver that is written here. The driver first compares what the makers compute, then
+//! times them in rounds; every statistic is made of its list of times.
+
+use crate::{compile_all, library};
+use forcec::bodies::Signature;
+use forcec::compile::{Compiled, Stages};
+use forcec::identifiers::{Target, kernel_name};
+use forcec::kernel::{File, Precision};
+use forcec::verify::probe::Probe;
+use forcec::verify::{Family, Subject};
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Command;
+
+/// Kernels that are written by hand too, in `bench/hand`.
+pub const BY_HAND: [&str; 3] = ["point_to_point", "distance", "spring"];
+
+/// States a kernel is called at, in order, in a round.
+pub const STATES: usize = 1024;
+
+/// What gcc is told, unless the command line says otherwise. With GNU C, gcc's default, it fuses products and sums.
+pub const FLAGS: &str = "-O3 -march=native -fno-math-errno";
+
+/// What rustc is told.
+pub const RUST_FLAGS: &str = "-C opt-level=3 -C target-cpu=native -C panic=abort";
+
+/// Who wrote the code.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Maker {
+    /// A person, in C.
+    Hand,
+    /// forcec, in C.
+    C,
+    /// forcec, in Rust.
+    Rust,
+}
+
+impl Maker {
+    const ALL: [Maker; 3] = [Maker::Hand, Maker::C, Maker::Rust];
+
+    /// As tables have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Maker::Hand => "hand",
+            Maker::C => "C",
+            Maker::Rust => "Rust",
+        }
+    }
+
+    /// Does this maker have the kernel?
+    fn has(self, kernel: &str) -> bool {
+        self != Maker::Hand || BY_HAND.contains(&kernel)
+    }
+
+    /// The function the driver calls.
+    fn symbol(self, kernel: &str) -> String {
+        match self {
+            Maker::Hand => format!("hand_{kernel}"),
+            Maker::C => kernel_name(kernel, Target::C, "_f64"),
+            Maker::Rust => format!("rust_{kernel}"),
+        }
+    }
+}
+
+/// What to measure.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Names of kernels; none for all.
+    pub only: Vec<String>,
+    /// How often each is timed.
+    pub rounds: usize,
+    /// What gcc is told, for the emitted C and for that by hand.
+    pub flags: Vec<String>,
+}
+
+/// Some times, or quotients of times, of one kernel in all rounds.
+#[derive(Clone, Copy, Debug)]
+pub struct Spread {
+    /// The smallest.
+    pub least: f64,
+    /// A quarter is smaller.
+    pub low: f64,
+    /// The median.
+    pub median: f64,
+    /// A quarter is larger.
+    pub high: f64,
+}
+
+impl Spread {
+    fn of(mut values: Vec<f64>) -> Spread {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
+        Spread { least: at(0.0), low: at(0.25), median: at(0.5), high: at(0.75) }
+    }
+}
+
+/// One maker's kernel.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Its name.
+    pub kernel: String,
+    /// Who wrote it.
+    pub maker: Maker,
+    /// Nanoseconds a call.
+    pub time: Spread,
+    /// Round by round, the time divided by that of the kernel by hand.
+    pub ratio: Option<Spread>,
+    /// The largest difference from the emitted C over all states, relative to the largest entry of the same part of the
+    /// output.
+    pub deviation: f64,
+}
+
+/// Measures. What is built is left in `folder`. Panics when a compiler or the driver fails.
+pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
+    std::fs::create_dir_all(folder).expect("a folder to build in");
+    let wanted = |name: &str| plan.only.is_empty() || plan.only.iter().any(|only| only == name);
+    let files: Vec<(File, Compiled)> =
+        library().iter().map(|source| printable(compile_all(source))).collect();
+    let mut kernels: Vec<(&str, &Stages)> = Vec::new();
+    for (file, compiled) in &files {
+        let stages = compiled.functions.iter().filter(|stages| wanted(&stages.kernel.name));
+        kernels.extend(stages.map(|stages| (file.stem.as_str(), stages)));
+    }
+    build(plan, folder, &files, &kernels);
+    let answer = run(Command::new(folder.join("driver")).arg("states").arg(plan.rounds.to_string()), folder);
+    let mut rows = Vec::new();
+    for (index, (_, stages)) in kernels.iter().enumerate() {
+        let kernel = &stages.kernel.name;
+        let makers: Vec<Maker> = Maker::ALL.into_iter().filter(|maker| maker.has(kernel)).collect();
+        let values = |what: &str, place: usize| -> Vec<f64> {
+            let head = format!("{what} {index} {place} ");
+            let values = answer.lines().filter_map(|line| line.strip_prefix(&head));
+            values.map(|value| value.parse().expect("a number of the driver")).collect()
+        };
+        let times: Vec<Vec<f64>> = (0..makers.len()).map(|place| values("time", place)).collect();
+        for (place, &maker) in makers.iter().enumerate() {
+            let by_hand = if makers[0] == Maker::Hand { Some(&times[0]) } else { None };
+            let quotients = |hand: &Vec<f64>| times[place].iter().zip(hand).map(|(x, y)| x / y).collect();
+            rows.push(Row {
+                kernel: kernel.clone(),
+                maker,
+                time: Spread::of(times[place].clone()),
+                ratio: by_hand.map(|hand| Spread::of(quotients(hand))),
+                deviation: values("deviation", place)[0],
+            });
+        }
+    }
+    rows
+}
+
+/// The compiled file, and as the targets print it.
+fn printable(compiled: Compiled) -> (File, Compiled) {
+    let file = File {
+        stem: compiled.source.name.trim_end_matches(".rs").to_owned(),
+        docs: compiled.docs.clone(),
+        kernels: compiled.functions.iter().map(|stages| stages.kernel.clone()).collect(),
+        precisions: vec![Precision::F64],
+    };
+    (file, compiled)
+}
+
+/// Writes `driver` and `states` into the folder.
+fn build(plan: &Plan, folder: &Path, files: &[(File, Compiled)], kernels: &[(&str, &Stages)]) {
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a file to build");
+    let used: Vec<&File> = files
+        .iter()
+        .map(|(file, _)| file)
+        .filter(|file| kernels.iter().any(|(stem, _)| *stem == file.stem))
+        .collect();
+    for (file, _) in files {
+        for target in [Target::C, Target::Rust] {
+            for generated in forcec::targets::emit(file, target) {
+                write(&generated.name, &generated.text);
+            }
+        }
+    }
+    let mut objects = Vec::new();
+    let mut compile = |source: &Path, name: &str| {
+        let object = format!("{name}.o");
+        let mut gcc = Command::new("gcc");
+        run(gcc.args(&plan.flags).arg("-I.").arg("-c").arg(source).args(["-o", &object]), folder);
+        objects.push(object);
+    };
+    for file in &used {
+        compile(Path::new(&format!("{}.c", file.stem)), &file.stem);
+    }
+    let hand = Path::new(env!("CARGO_MANIFEST_DIR")).join("hand");
+    for (_, stages) in kernels.iter().filter(|(_, stages)| Maker::Hand.has(&stages.kernel.name)) {
+        let name = &stages.kernel.name;
+        compile(&hand.join(format!("{name}.c")), &Maker::Hand.symbol(name));
+    }
+    write("driver.c", &driver(kernels));
+    compile(Path::new("driver.c"), "driver");
+    write("kernels.rs", &wrappers(&used, kernels));
+    let mut rustc = Command::new("rustc");
+    rustc.args(["--edition", "2024", "--crate-type", "staticlib"]).args(RUST_FLAGS.split(' '));
+    run(rustc.args(["kernels.rs", "-o", "libkernels.a"]), folder);
+    let mut gcc = Command::new("gcc");
+    run(gcc.args(&objects).args(["libkernels.a", "-lm", "-lpthread", "-ldl", "-o", "driver"]), folder);
+    let states: Vec<u8> = kernels.iter().flat_map(|(_, stages)| states(stages)).collect();
+    std::fs::write(folder.join("states"), states).expect("a file of states");
+}
+
+/// The states a kernel is called at, in memory order.
+fn states(stages: &Stages) -> Vec<u8> {
+    let subject = Subject { source: &stages.source, program: &stages.program };
+    let probe = Probe::new(&subject);
+    (0..STATES).flat_map(|state| probe.draw(Family::Random, 1, state)).flat_map(f64::to_ne_bytes).collect()
+}
+
+/// Runs a command in the folder and returns what it prints.
+fn run(command: &mut Command, folder: &Path) -> String {
+    let output = match command.current_dir(folder).output() {
+        Ok(output) => output,
+        Err(error) => panic!("{command:?}: {error}"),
+    };
+    assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The types of a kernel's arguments before the output, in C.
+fn arguments(name: &str, signature: &Signature) -> Vec<String> {
+    let bodies = signature.bodies.iter().map(|body| format!("{}_f64", body.kind.row().c_name));
+    let params = (!signature.parameters.is_empty()).then(|| kernel_name(name, Target::C, "_params_f64"));
+    bodies.chain(params).collect()
+}
+
+const HEAD: &str = "\
+#define _POSIX_C_SOURCE 199309L
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* How far two outputs are apart in a part of them, relative to its largest entry. */
+static double apart(const double *x, const double *y, int count)
+{
+    double most = 0.0, largest = 0.0;
+    for (int i = 0; i < count; i++) {
+        if (!isfinite(x[i]) && !isfinite(y[i])) continue;
+        if (!isfinite(x[i]) || !isfinite(y[i])) return HUGE_VAL;
+        most = fmax(most, fabs(x[i] - y[i]));
+        largest = fmax(largest, fabs(x[i]));
+    }
+    return most > 0.0 ? most / largest : 0.0;
+}
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
+}
+";
+
+const TAIL: &str = "
+int main(int count, char **arguments)
+{
+    FILE *states = count == 3 ? fopen(arguments[1], \"rb\") : NULL;
+    if (!states) return 1;
+    const int kernels = (int)(sizeof all / sizeof *all), rounds = atoi(arguments[2]);
+    for (int k = 0; k < kernels; k++)
+        if (!all[k].take(states)) return 1;
+    for (int k = 0; k < kernels; k++)
+        for (int m = 0; m < all[k].makers; m++)
+            printf(\"deviation %d %d %g\\n\", k, m, all[k].compare(m));
+    for (int round = 0; round < rounds; round++)
+        for (int k = 0; k < kernels; k++) {
+            all[k].run[round % all[k].makers](); /* brings the states into the cache */
+            for (int m = 0; m < all[k].makers; m++) {
+                const int turn = (round + m) % all[k].makers;
+                const double start = now();
+                all[k].run[turn]();
+                printf(\"time %d %d %.3f\\n\", k, turn, (now() - start) / STATES);
+            }
+        }
+    return 0;
+}
+";
+
+/// The program that measures: for each kernel its states, a function that calls it at each of them for every maker,
+/// and a comparison.
+fn driver(kernels: &[(&str, &Stages)]) -> String {
+    let mut text = format!("{HEAD}\n#define STATES {STATES}\n");
+    let mut stems: Vec<&str> = kernels.iter().map(|(stem, _)| *stem).collect();
+    stems.dedup();
+    for stem in stems {
+        let _ = writeln!(text, "#include \"{stem}.h\"");
+    }
+    let mut table = String::new();
+    for (_, stages) in kernels {
+        let (name, signature) = (&stages.kernel.name, &stages.kernel.schedule.signature);
+        let types = arguments(name, signature);
+        let out = kernel_name(name, Target::C, "_out_f64");
+        let members: String = types.iter().enumerate().map(|(i, ty)| format!("{ty} m{i}; ")).collect();
+        let declared: String = types.iter().map(|ty| format!("const {ty} *, ")).collect();
+        let passed: String = (0..types.len()).map(|i| format!("&of_{name}[i].m{i}, ")).collect();
+        let _ = write!(
+            text,
+            "\nstatic struct {{ {members}}} of_{name}[STATES];\nstatic _Alignas(64) {out} out_{name};\n\
+             static int take_{name}(FILE *file)\n{{\n    \
+             return fread(of_{name}, sizeof *of_{name}, STATES, file) == STATES;\n}}\n"
+        );
+        let (mut runs, mut calls) = (String::new(), String::new());
+        let makers: Vec<Maker> = Maker::ALL.into_iter().filter(|maker| maker.has(name)).collect();
+        for (place, maker) in makers.iter().enumerate() {
+            let (symbol, maker) = (maker.symbol(name), maker.name());
+            let _ = write!(
+                text,
+                "void {symbol}({declared}{out} *);\nstatic void run_{name}_{maker}(void)\n{{\n    \
+                 for (int i = 0; i < STATES; i++) {symbol}({passed}&out_{name});\n}}\n"
+            );
+            let _ = write!(runs, "run_{name}_{maker}, ");
+            let _ = writeln!(calls, "        if (maker == {place}) {symbol}({passed}&out_{name});");
+        }
+        let (c, n) = (Maker::C.symbol(name), signature.freedoms());
+        let _ = write!(
+            text,
+            "static double compare_{name}(int maker)\n{{\n    double most = 0.0;\n    static {out} own;\n    \
+             for (int i = 0; i < STATES; i++) {{\n        memset(&out_{name}, 0xff, sizeof out_{name});\n{calls}        \
+             {c}({passed}&own);\n        const double *x = (const double *)&own, *y = (const double *)&out_{name};\n        \
+             most = fmax(most, apart(x, y, {n}));\n        \
+             most = fmax(most, apart(x + {n}, y + {n}, {n} * {n}));\n        \
+             most = fmax(most, apart(x + {n} + {n} * {n}, y + {n} + {n} * {n}, {n} * {n}));\n    }}\n    \
+             return most;\n}}\n"
+        );
+        let count = makers.len();
+        let _ = writeln!(table, "    {{ {count}, take_{name}, compare_{name}, {{ {runs}}} }},");
+    }
+    let _ = write!(
+        text,
+        "\nstatic const struct {{\n    int makers;\n    int (*take)(FILE *);\n    double (*compare)(int);\n    \
+         void (*run[3])(void);\n}} all[] = {{\n{table}}};\n{TAIL}"
+    );
+    text
+}
+
+/// The crate of the emitted Rust, whose functions C can call.
+fn wrappers(files: &[&File], kernels: &[(&str, &Stages)]) -> String {
+    let mut text = String::new();
+    for file in files {
+        let _ = writeln!(text, "mod {};", file.stem);
+    }
+    for (stem, stages) in kernels {
+        let (name, signature) = (&stages.kernel.name, &stages.kernel.schedule.signature);
+        let module = kernel_name(name, Target::Rust, "");
+        let mut types: Vec<String> =
+            signature.bodies.iter().map(|body| format!("{stem}::{}", body.kind.row().name)).collect();
+        if !signature.parameters.is_empty() {
+            types.push(format!("{stem}::{module}::Params"));
+        }
+        let declared: String = types.iter().enumerate().map(|(i, ty)| format!("m{i}: &{ty}, ")).collect();
+        let passed: String = (0..types.len()).map(|i| format!("m{i}, ")).collect();
+        let _ = write!(
+            text,
+            "\n#[unsafe(no_mangle)]\npub extern \"C\" fn rust_{name}({declared}out: &mut {stem}::{module}::Output) {{\n    \
+             {stem}::{module}::evaluate({passed}out)\n}}\n"
+        );
+    }
+    text
+}
