@@ -1,12 +1,12 @@
 use forcec_runtime::prelude::*;
 
-fn square(x: Real) -> Real {
+fn raised(x: Real) -> Real {
     x * x
 }
 
 #[energy]
 pub fn lift(p: Particle) -> Real {
-    square(p.position.z)
+    raised(p.position.z)
 }
 
 fn main() {}
