@@ -3,10 +3,10 @@
 //! In: force files or folders of them. Out: what the command line writes, in `OUT_DIR` or a folder of choice, with lines
 //! that tell cargo when to run again; or errors as cargo shows them.
 
+use crate::Effort;
 use crate::diagnostic::Diagnostics;
 use crate::files::{self, Output};
 use crate::kernel::{Precision, Target};
-use crate::optimize::Effort;
 use std::path::{Path, PathBuf};
 
 /// Compiles force files from a build script.

@@ -5,11 +5,11 @@
 //! to the runtime; or every message, each at its own token. A message does not take the functions away, so that editors
 //! keep completing in them.
 
+use crate::Effort;
 use crate::bodies::BodyKind;
 use crate::compile::{Stages, compile, compile_file};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::kernel::Precision;
-use crate::optimize::Effort;
 use crate::span::{Source, Span};
 use crate::syntax::{self, ast};
 use crate::targets::rust::{kernel_module, module_name};

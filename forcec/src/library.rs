@@ -3,9 +3,9 @@
 //! In: the text of a force file and what is wanted of it. Out: a text for each kernel, made for snapshots, or every
 //! message. A small change in the source makes a small change in the text.
 
+use crate::Effort;
 use crate::diagnostic::Diagnostics;
 use crate::kernel::{Precision, Target};
-use crate::optimize::Effort;
 use crate::span::Source;
 use std::fmt;
 

@@ -1,19 +1,18 @@
 //! Text forms of the graphs, one line a node: what `forcec show` prints between source and kernel.
 
-use crate::compile::Stages;
 use crate::derive::Derived;
 use crate::formula::{Dialect, Formulas};
-use crate::scalar::{self, Program};
+use crate::scalar::{self, Operations, Program};
 use crate::vector::{Graph, Node};
 use std::fmt::{self, Write};
 
 /// Operations after lowering and after every pass.
-pub fn passes(stages: &Stages) -> String {
+pub fn passes(report: &[(&str, Operations)]) -> String {
     let mut text = format!(
         "{:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}\n",
         "pass", "add", "mul", "div", "sqrt", "call", "total"
     );
-    for (pass, ops) in &stages.report {
+    for (pass, ops) in report {
         let _ = writeln!(
             text,
             "{pass:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}",

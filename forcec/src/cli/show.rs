@@ -66,7 +66,7 @@ impl Show {
             Stage::Graph => function.definition.graph.to_string(),
             Stage::Derivative => text::derivative(&mut derive(&function.definition), Dialect::Text),
             Stage::Latex => text::derivative(&mut derive(&function.definition), Dialect::Latex),
-            Stage::Optimized if self.explain => text::passes(function),
+            Stage::Optimized if self.explain => text::passes(&function.report),
             Stage::Optimized => function.program.to_string(),
             Stage::Schedule => function.kernel.schedule.to_string(),
             Stage::Rust => rendered(Target::Rust),
