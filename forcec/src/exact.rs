@@ -41,9 +41,7 @@ impl Exact {
         let (numerator, denominator) = (numerator / divisor as i128, denominator / divisor);
         match (i32::try_from(numerator), u32::try_from(denominator)) {
             (Ok(numerator), Ok(denominator)) => Exact(Repr::Small(numerator, denominator)),
-            _ => {
-                Exact(Repr::Large(Box::new(RBig::from_parts(IBig::from(numerator), UBig::from(denominator)))))
-            }
+            _ => Exact::of(RBig::from_parts(IBig::from(numerator), UBig::from(denominator))),
         }
     }
 

@@ -13,7 +13,7 @@ use crate::kernel::Precision;
 use crate::span::{Source, Span};
 use crate::syntax::{self, ast};
 use crate::targets::rust::{kernel_module, module_name};
-use proc_macro2::{Delimiter, Group, Ident, Literal, TokenStream, TokenTree};
+use proc_macro2::{Delimiter, Group, Ident, Literal, Spacing, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -534,7 +534,13 @@ impl Places {
                     closing.push((close, group.span_close()));
                     pending.push(group.stream().into_iter());
                 }
-                Some(token) => places.token(&token.to_string(), token.span()),
+                Some(token) => {
+                    places.token(&token.to_string(), token.span());
+                    // What stands together stays together: `**` is no `* *`.
+                    if matches!(&token, TokenTree::Punct(mark) if mark.spacing() == Spacing::Joint) {
+                        places.text.pop();
+                    }
+                }
                 None => {
                     pending.pop();
                     if let Some((close, span)) = closing.pop() {

@@ -17,8 +17,9 @@ pub(super) const LONG_INPUT: usize = 27;
 /// How long the name of a temporary is held to be.
 const NAME: usize = 9;
 
-/// The right side of a statement on a line of its own: 100 columns without rustfmt's indentation.
-const LINE: usize = 87;
+/// The right side of a statement on a line of its own: 100 columns without rustfmt's indentation and a semicolon, nor
+/// the sign and parentheses that a store may put around it.
+const LINE: usize = 84;
 
 /// Arguments of a call, as wide as they are held to be and as they are: narrower than rustfmt's `fn_call_width`.
 const ARGUMENTS: [usize; 2] = [72, 50];
