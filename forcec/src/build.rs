@@ -3,10 +3,10 @@
 //! In: force files or folders of them. Out: what the command line writes, in `OUT_DIR` or a folder of choice, with lines
 //! that tell cargo when to run again; or errors as cargo shows them.
 
-use crate::Effort;
 use crate::diagnostic::Diagnostics;
 use crate::files::{self, Output};
 use crate::kernel::{Precision, Target};
+use crate::{Effort, Mode, Plan};
 use std::path::{Path, PathBuf};
 
 /// Compiles force files from a build script.
@@ -29,7 +29,7 @@ pub struct Build {
     out: Option<PathBuf>,
     targets: Vec<Target>,
     precisions: Vec<Precision>,
-    effort: Effort,
+    plan: Plan,
 }
 
 /// Why a build failed: every message, in order.
@@ -82,7 +82,19 @@ impl Build {
 
     /// How long to look for fewer operations.
     pub fn effort(mut self, effort: Effort) -> Build {
-        self.effort = effort;
+        self.plan.effort = effort;
+        self
+    }
+
+    /// What kernels may do to rounding.
+    pub fn mode(mut self, mode: Mode) -> Build {
+        self.plan.mode = mode;
+        self
+    }
+
+    /// Whether products that are added are fused multiplications and additions.
+    pub fn fma(mut self, fma: bool) -> Build {
+        self.plan.fma = fma;
         self
     }
 
@@ -131,7 +143,7 @@ impl Build {
             },
         };
         let found = files::read_all(&self.inputs);
-        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, self.effort, &mut |_| {});
+        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, self.plan, &mut |_| {});
         let mut others = found.errors;
         if diagnostics.is_empty() && others.is_empty() {
             others.extend(files::duplicates(&units));

@@ -7,9 +7,10 @@ use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::Kernel;
-use crate::optimize::{Effort, optimize};
+use crate::optimize::optimize;
+use crate::plan::{Mode, Plan};
 use crate::scalar::{Operations, Program};
-use crate::schedule::schedule;
+use crate::schedule::{Style, schedule};
 use crate::span::Source;
 use crate::{check, syntax};
 use std::time::{Duration, Instant};
@@ -50,29 +51,37 @@ pub struct Stages {
 pub fn compile(
     source: &Source,
     wanted: &dyn Fn(&str) -> bool,
-    effort: Effort,
+    plan: impl Into<Plan>,
 ) -> Result<Compiled, Diagnostics> {
-    compile_file(&syntax::parse(source)?, wanted, effort)
+    compile_file(&syntax::parse(source)?, wanted, plan)
 }
 
 /// Compiles the force functions of a parsed file whose names are wanted.
 pub fn compile_file(
     file: &syntax::ast::File,
     wanted: &dyn Fn(&str) -> bool,
-    effort: Effort,
+    plan: impl Into<Plan>,
 ) -> Result<Compiled, Diagnostics> {
+    let plan = plan.into();
     let checked = check::check(file)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let functions = definitions.map(|definition| stages(file, definition, effort)).collect();
+    let functions = definitions.map(|definition| stages(file, definition, plan)).collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
-fn stages(file: &syntax::ast::File, definition: Definition, effort: Effort) -> Stages {
+fn stages(file: &syntax::ast::File, definition: Definition, plan: Plan) -> Stages {
     let started = Instant::now();
-    let optimized = optimize(derive(&definition), effort);
-    let schedule = schedule(&optimized.program);
+    // What a function states of itself holds whoever compiles it.
+    let plan = file.function(&definition.name).map_or(plan, |own| Plan {
+        mode: own.mode.unwrap_or(plan.mode),
+        fma: plan.fma || own.fma,
+        ..plan
+    });
+    let optimized = optimize(derive(&definition), plan);
+    let style = Style { divisions: plan.mode == Mode::Strict, fma: plan.fma };
+    let schedule = schedule(&optimized.program, style);
     let time = started.elapsed();
     let kernel = Kernel {
         name: definition.name.clone(),

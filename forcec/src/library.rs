@@ -3,10 +3,10 @@
 //! In: the text of a force file and what is wanted of it. Out: a text for each kernel, made for snapshots, or every
 //! message. A small change in the source makes a small change in the text.
 
-use crate::Effort;
 use crate::diagnostic::Diagnostics;
 use crate::kernel::{Precision, Target};
 use crate::span::Source;
+use crate::{Effort, Mode, Plan};
 use std::fmt;
 
 /// What is wanted of a force file.
@@ -20,6 +20,10 @@ pub struct Options {
     pub real: Precision,
     /// How long to look for fewer operations.
     pub effort: Effort,
+    /// What kernels may do to rounding.
+    pub mode: Mode,
+    /// Whether products that are added are fused multiplications and additions.
+    pub fma: bool,
 }
 
 /// C in double precision, from a file called `forces.rs`.
@@ -30,6 +34,8 @@ impl Default for Options {
             target: Target::C,
             real: Precision::F64,
             effort: Effort::Default,
+            mode: Mode::Balanced,
+            fma: false,
         }
     }
 }
@@ -80,7 +86,8 @@ impl fmt::Display for Compiled {
 /// ```
 pub fn compile(source: &str, options: &Options) -> Result<Compiled, Diagnostics> {
     let source = Source::new(options.name.as_str(), source);
-    let compiled = crate::compile::compile(&source, &|_| true, options.effort)?;
+    let plan = Plan { effort: options.effort, mode: options.mode, fma: options.fma };
+    let compiled = crate::compile::compile(&source, &|_| true, plan)?;
     let kernels = compiled.functions.iter().map(|function| {
         let text = crate::targets::kernel(&function.kernel, options.target, options.real);
         (function.kernel.name.clone(), text)

@@ -19,6 +19,11 @@ pub trait Arithmetic:
     /// A row of the function table.
     fn call(function: Function, arguments: &[Self]) -> Self;
 
+    /// x y + z, rounded once where numbers round.
+    fn fused(x: Self, y: Self, z: Self) -> Self {
+        x * y + z
+    }
+
     /// The same value under a name: for those who record the computation.
     fn named(self, _name: &str) -> Self {
         self
@@ -36,6 +41,10 @@ macro_rules! float {
         impl Arithmetic for $float {
             fn exact(value: &Exact) -> $float {
                 value.$nearest()
+            }
+
+            fn fused(x: $float, y: $float, z: $float) -> $float {
+                x.mul_add(y, z)
             }
 
             fn call(function: Function, arguments: &[$float]) -> $float {

@@ -12,7 +12,7 @@ use crate::vector::Comparison;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
 use smallvec::{SmallVec, smallvec};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// A node of the scalar graph.
@@ -91,6 +91,8 @@ impl Node {
 pub struct Graph {
     nodes: IndexSet<Node, FxBuildHasher>,
     names: BTreeMap<Id, String>,
+    residual: BTreeSet<Id>,
+    doubled: BTreeSet<Id>,
 }
 
 impl Graph {
@@ -128,6 +130,56 @@ impl Graph {
         };
         if !plain {
             self.names.entry(id).or_insert_with(|| name.to_owned());
+        }
+    }
+
+    /// The values in which digits are lost, if that is of interest.
+    pub fn residual(&self) -> impl Iterator<Item = Id> + '_ {
+        self.residual.iter().copied()
+    }
+
+    /// Digits are lost in this value.
+    pub fn set_residual(&mut self, id: Id) {
+        if !matches!(self.node(id), Node::Constant(_) | Node::Input(_) | Node::Known(_)) {
+            self.residual.insert(id);
+        }
+    }
+
+    /// Whether a node is computed in doubled precision.
+    pub fn is_doubled(&self, id: Id) -> bool {
+        self.doubled.contains(&id)
+    }
+
+    /// A node is to be computed in doubled precision.
+    pub fn set_doubled(&mut self, id: Id) {
+        self.doubled.insert(id);
+    }
+
+    /// A node of another graph, its operands replaced.
+    pub fn copy(&mut self, node: &Node, at: impl Fn(&Id) -> Id) -> Id {
+        match node {
+            Node::Constant(value) => self.constant(value.clone()),
+            Node::Input(slot) => self.input(*slot),
+            Node::Difference(first, second) => self.difference(*first, *second),
+            Node::Sum(constant, terms) => {
+                self.sum(constant.clone(), terms.iter().map(|(c, x)| (c.clone(), at(x))).collect())
+            }
+            Node::Product(factors) => {
+                let factors: Vec<(Id, u32)> = factors.iter().map(|(x, n)| (at(x), *n)).collect();
+                self.product(&factors)
+            }
+            Node::Multiple(c, x) => self.held_multiple(c, at(x)),
+            Node::Recip(x) => self.recip(at(x)),
+            Node::Call(function, arguments) => {
+                let arguments: Vec<Id> = arguments.iter().map(at).collect();
+                self.call(*function, &arguments)
+            }
+            Node::Select(c, x, y) => self.select(at(c), at(x), at(y)),
+            Node::Known(value) => self.known(*value),
+            Node::Compare(comparison, x, y) => self.compare(*comparison, at(x), at(y)),
+            Node::And(a, b) => self.and(at(a), at(b)),
+            Node::Or(a, b) => self.or(at(a), at(b)),
+            Node::Not(a) => self.not(at(a)),
         }
     }
 
@@ -480,6 +532,11 @@ impl Program {
     /// All outputs in the order they are stored: F, ∂F/∂X and ∂F/∂V row by row.
     pub fn outputs(&self) -> impl Iterator<Item = Id> + '_ {
         self.force.iter().chain(self.dfdx.iter().flatten()).chain(self.dfdv.iter().flatten()).copied()
+    }
+
+    /// The outputs, and the values in which digits are lost.
+    pub fn roots(&self) -> impl Iterator<Item = Id> + '_ {
+        self.outputs().chain(self.graph.residual())
     }
 
     /// The same outputs over no nodes yet.

@@ -5,7 +5,7 @@ use forcec::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature
 use forcec::kernel::{File, Kernel, Precision, Target};
 use forcec::ops::{Function, FunctionDomain};
 use forcec::scalar::{Graph, Program};
-use forcec::schedule::schedule;
+use forcec::schedule::{Style, schedule};
 use forcec::targets;
 use forcec::verify::probe;
 use forcec_tests::{driver, folder, pipe, run};
@@ -178,7 +178,7 @@ fn kernels() -> Vec<(Function, Kernel)> {
         let program = Program { signature, graph, force, dfdx: matrix.clone(), dfdv: matrix };
         let order = function.order().map(|n| n.to_string()).unwrap_or_default();
         let name = format!("f_{}{order}", row.name.to_lowercase());
-        let schedule = schedule(&program);
+        let schedule = schedule(&program, Style::default());
         (function, Kernel { name, docs: vec!["One function.".to_owned()], formulas: vec![], schedule })
     };
     Function::ALL.into_iter().map(kernel).collect()

@@ -9,7 +9,7 @@ mod show;
 mod stats;
 
 use crate::kernel::{Precision, Target};
-use crate::optimize::Effort;
+use crate::plan::{Effort, Mode, Plan};
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -65,9 +65,33 @@ struct Input {
     /// Only the force function of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
+    #[command(flatten)]
+    search: Search,
+}
+
+/// How to make kernels.
+#[derive(clap::Args)]
+struct Search {
     /// How long to look for fewer operations
     #[arg(long, value_parser = effort, default_value = "default", value_name = "quick|default|max")]
     effort: Effort,
+    /// What kernels may do to rounding
+    #[arg(long, value_parser = mode, default_value = "balanced", value_name = "strict|balanced|fast|accurate")]
+    mode: Mode,
+    /// Write products that are added as fused multiplications and additions
+    #[arg(long)]
+    fma: bool,
+}
+
+impl Search {
+    fn plan(&self) -> Plan {
+        Plan { effort: self.effort, mode: self.mode, fma: self.fma }
+    }
+}
+
+/// The mode of this name.
+fn mode(name: &str) -> Result<Mode, String> {
+    Mode::named(name).ok_or_else(|| format!("the modes are {}", Mode::names()))
 }
 
 /// The effort of this name.

@@ -1,10 +1,9 @@
 //! `forcec show`: one stage of one force function.
 
-use super::{Failure, Input, Outcome, print};
+use super::{Failure, Input, Outcome, Search, print};
 use crate::derive::derive;
 use crate::formula::Dialect;
 use crate::kernel::{Precision, Target};
-use crate::optimize::Effort;
 use crate::targets::emit;
 use crate::text;
 use std::path::PathBuf;
@@ -38,9 +37,8 @@ pub(super) struct Show {
     /// Which stage
     #[arg(long)]
     stage: Stage,
-    /// How long to look for fewer operations
-    #[arg(long, value_parser = super::effort, default_value = "default", value_name = "quick|default|max")]
-    effort: Effort,
+    #[command(flatten)]
+    search: Search,
     /// With `--stage optimized`: operations after every pass instead of the values
     #[arg(long)]
     explain: bool,
@@ -48,7 +46,7 @@ pub(super) struct Show {
 
 impl Show {
     pub(super) fn run(self) -> Outcome {
-        let input = Input { paths: vec![self.path], only: vec![self.name.clone()], effort: self.effort };
+        let input = Input { paths: vec![self.path], only: vec![self.name.clone()], search: self.search };
         let units = input.compile()?;
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;

@@ -40,11 +40,14 @@ pub struct Derived {
     pub pieces: BTreeMap<Vector, Variable>,
     /// The rows of C with their rates; empty for energies and forces.
     pub rows: Vec<(Real, Real)>,
+    /// How many nodes of the graph are what the author stated.
+    pub stated: usize,
 }
 
 /// Derives forces from a definition.
 pub fn derive(definition: &Definition) -> Derived {
     let mut graph = definition.graph.clone();
+    let stated = graph.len();
     graph.assume_unit_quaternions();
     let bodies = graph.signature.clone();
     let mut rows = Vec::new();
@@ -142,7 +145,7 @@ pub fn derive(definition: &Definition) -> Derived {
         let blocks = bodies.pose_blocks().into_iter();
         blocks.map(|block| (block, vec![(Exact::ONE, direct[&block])])).collect()
     };
-    Derived { lie, forces, pose, velocity, symmetric, pieces, rows }
+    Derived { lie, forces, pose, velocity, symmetric, pieces, rows, stated }
 }
 
 /// A force, named after what it acts on.

@@ -18,8 +18,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 type Dense = [[Id; 3]; 3];
 
-/// Lowers forces and derivatives.
-pub fn lower(derived: Derived) -> Program {
+/// Lowers forces and derivatives; the program knows its residual if that is of interest.
+pub fn lower(derived: Derived, residual: bool) -> Program {
     let signature = derived.lie.graph.signature.clone();
     let shared = shared_rotations(&derived);
     let mut lowering = Lowering {
@@ -44,7 +44,12 @@ pub fn lower(derived: Derived) -> Program {
     let mirrored = if derived.symmetric { Some(&derived.pieces) } else { None };
     let dfdx = lowering.blocks(&derived.forces, &derived.pose, mirrored);
     let dfdv = lowering.blocks(&derived.forces, &derived.velocity, None);
-    Program { signature, graph: lowering.scalar, force, dfdx, dfdv }
+    let lost =
+        if residual { lowering.residual(&derived.rows, &derived.forces, derived.stated) } else { vec![] };
+    let mut program = Program { signature, graph: lowering.scalar, force, dfdx, dfdv };
+    let live = program.live();
+    lost.into_iter().filter(|id| live[id.index()]).for_each(|id| program.graph.set_residual(id));
+    program
 }
 
 /// The stored quaternions that turn several arms.
@@ -116,6 +121,36 @@ impl Lowering {
             Lowered::Vector(entries) => entries,
             Lowered::Real(_) => unreachable!("a vector is three scalars"),
         }
+    }
+
+    /// Where digits are lost: in the rows of a constraint and their rates; of an energy or a force in every sum that
+    /// its author wrote, in dot and in cross products, as far as forces are made of them.
+    fn residual(
+        &mut self,
+        rows: &[(Real, Real)],
+        forces: &[(crate::bodies::Block, Combination<Vector>)],
+        stated: usize,
+    ) -> Vec<Id> {
+        let mut lost: Vec<Id> = rows.iter().flat_map(|(c, rate)| [*c, *rate]).map(|x| self.real(x)).collect();
+        if rows.is_empty() {
+            let mut open: Vec<u32> = forces.iter().flat_map(|(_, v)| v.iter().map(|(_, v)| v.0)).collect();
+            let mut seen = BTreeSet::new();
+            while let Some(index) = open.pop() {
+                if !seen.insert(index) {
+                    continue;
+                }
+                let node = self.lie.graph.node(index as usize);
+                open.extend(node.operands());
+                let cancels =
+                    matches!(node, Node::Sum(..) | Node::VectorSum(_) | Node::Dot(..) | Node::Cross(..));
+                match self.lowered.get(&index) {
+                    Some(Lowered::Real(id)) if cancels && (index as usize) < stated => lost.push(*id),
+                    Some(Lowered::Vector(ids)) if cancels && (index as usize) < stated => lost.extend(ids),
+                    _ => {}
+                }
+            }
+        }
+        lost.into_iter().map(|id| self.scalar.split(id).1).collect()
     }
 
     fn prepare(&mut self, root: u32) {

@@ -3,45 +3,21 @@
 //! In: [`Derived`]. Out: a [`Program`], and what every pass saved. Each pass rewrites the network of a program into one
 //! that computes the same values; the order of the passes is the order of [`PASSES`].
 
+mod accurate;
 pub mod extract;
 pub mod lower;
 pub mod network;
 pub mod polynomial;
+mod reciprocals;
 pub mod resubstitute;
 pub mod search;
 
 use crate::derive::Derived;
+pub use crate::plan::Effort;
+use crate::plan::{Mode, Plan};
 use crate::scalar::{Operations, Program};
 use network::Network;
 use std::rc::Rc;
-
-/// How long to look for fewer operations.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
-pub enum Effort {
-    /// Factoring alone.
-    Quick,
-    /// A short search: takes about as long as everything else together.
-    #[default]
-    Default,
-    /// A long one: seconds a kernel.
-    Max,
-}
-
-impl Effort {
-    /// All of them, the least first, by name.
-    pub const ALL: [(&'static str, Effort); 3] =
-        [("quick", Effort::Quick), ("default", Effort::Default), ("max", Effort::Max)];
-
-    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest.
-    fn rounds(self, operations: usize) -> usize {
-        let (most, budget) = match self {
-            Effort::Quick => (0, 0),
-            Effort::Default => (8, 10_000),
-            Effort::Max => (500, 400_000),
-        };
-        most.min(budget / operations.max(1))
-    }
-}
 
 /// A pass of the optimiser.
 pub struct Pass {
@@ -49,13 +25,13 @@ pub struct Pass {
     pub name: &'static str,
     /// What it does, in one line.
     pub summary: &'static str,
-    run: fn(&mut Network, Effort),
+    run: fn(&mut Network, Plan),
 }
 
 impl Pass {
     /// Applies the pass.
-    pub fn run(&self, network: &mut Network, effort: Effort) {
-        (self.run)(network, effort);
+    pub fn run(&self, network: &mut Network, plan: Plan) {
+        (self.run)(network, plan);
     }
 }
 
@@ -86,9 +62,9 @@ pub static PASSES: [Pass; 4] = [
     Pass {
         name: "search",
         summary: "values are dissolved into their users and all is factored again, where that is shorter",
-        run: |network, effort| {
-            let rounds = effort.rounds(network.operations().total());
-            search::search(network, rounds, EXTRACTION_STEPS);
+        run: |network, plan| {
+            let rounds = plan.effort.rounds(network.operations().total());
+            search::search(network, rounds, EXTRACTION_STEPS, plan.mode == Mode::Fast);
         },
     },
 ];
@@ -101,14 +77,24 @@ pub struct Optimized {
     pub report: Vec<(&'static str, Operations)>,
 }
 
-/// Lowers and optimises.
-pub fn optimize(derived: Derived, effort: Effort) -> Optimized {
-    let lowered = Rc::new(lower::lower(derived));
+/// Lowers and optimises. Mode `strict` leaves what was lowered as it is.
+pub fn optimize(derived: Derived, plan: Plan) -> Optimized {
+    let mut lowered = lower::lower(derived, plan.mode == Mode::Accurate);
     let mut report = vec![("lower", lowered.operations())];
-    let mut network = Network::new(&lowered);
+    match plan.mode {
+        Mode::Strict => return Optimized { program: lowered, report },
+        Mode::Fast => {
+            lowered = reciprocals::share(&lowered);
+            report.push(("reciprocals", lowered.operations()));
+        }
+        Mode::Balanced | Mode::Accurate => {}
+    }
+    let mut network = Network::new(&Rc::new(lowered));
     for pass in &PASSES {
-        pass.run(&mut network, effort);
+        pass.run(&mut network, plan);
         report.push((pass.name, network.operations()));
     }
-    Optimized { program: network.program(), report }
+    let mut program = network.program();
+    accurate::mark(&mut program);
+    Optimized { program, report }
 }

@@ -79,7 +79,7 @@ impl Network {
             }
         }
         let mut seen = vec![false; graph.len()];
-        for output in program.outputs() {
+        for output in program.roots() {
             let target = graph.split(output).1;
             if !std::mem::replace(&mut seen[target.index()], true) {
                 uses[target.index()] += 1;
@@ -102,7 +102,7 @@ impl Network {
                 reader.atom(id);
             }
         }
-        for output in program.outputs() {
+        for output in program.roots() {
             if reader.network.outputs.contains_key(&output) {
                 continue;
             }
@@ -183,9 +183,9 @@ impl Network {
         }
     }
 
-    /// The atoms that outputs are multiples of.
+    /// The atoms that outputs and residuals are multiples of.
     pub fn roots(&self) -> impl Iterator<Item = Atom> {
-        self.source.outputs().filter_map(|id| match self.outputs[&id] {
+        self.source.roots().filter_map(|id| match self.outputs[&id] {
             Output::Multiple(_, atom) => Some(atom),
             Output::Number(_) => None,
         })
@@ -289,7 +289,7 @@ impl Network {
                 self.names.entry(new).or_insert(name);
             }
         }
-        let ids: Vec<Id> = self.source.outputs().collect();
+        let ids: Vec<Id> = self.source.roots().collect();
         for id in ids {
             let output = self.outputs.get_mut(&id).expect("every output was read");
             if let Output::Multiple(c, atom) = output
@@ -448,6 +448,11 @@ impl Network {
                 graph.scaled(c.clone(), ids[*atom as usize].expect("outputs are live"))
             }
         });
+        for id in self.source.graph.residual() {
+            if let Output::Multiple(_, atom) = self.outputs[&id] {
+                graph.set_residual(ids[atom as usize].expect("the residual is live"));
+            }
+        }
         program.graph = graph;
         program
     }

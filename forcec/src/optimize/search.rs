@@ -4,7 +4,7 @@
 //! In and out: a [`Network`]. The choices come from a fixed seed and the rounds are counted, so the same input makes the
 //! same output everywhere. A value that carries a name stays, and so does a sum that can be exact where it is small:
 //! multiplied out, its users would lose what it saves. Nor is a product of two sums multiplied out. What is dissolved
-//! changes the error by a small factor only.
+//! changes the error by a small factor only. A free search knows neither of names nor of products of sums.
 
 use super::extract::extract;
 use super::network::{Network, Value};
@@ -30,18 +30,19 @@ const ROUNDS: [Round; 8] = [
     Round { rarity: 3, longest: 6 },
 ];
 
-/// Searches for this many rounds, factoring in at most so many steps each.
-pub fn search(network: &mut Network, rounds: usize, steps: usize) {
+/// Searches for this many rounds, factoring in at most so many steps each; free of what keeps errors small.
+pub fn search(network: &mut Network, rounds: usize, steps: usize, free: bool) {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let mut cost = network.operations().total();
-    let mut candidates = dissolvable(network);
+    let mut candidates = dissolvable(network, free);
     for round in ROUNDS.iter().cycle().take(rounds) {
         if candidates.is_empty() {
             return;
         }
         let mut attempt = network.clone();
         let mut users = users(network);
-        let small: FxHashSet<Atom> = candidates.iter().copied().filter(|x| network.is_mixed(*x)).collect();
+        let small: FxHashSet<Atom> =
+            candidates.iter().copied().filter(|x| !free && network.is_mixed(*x)).collect();
         for _ in 0..=candidates.len() >> round.rarity {
             let atom = candidates[random.below(candidates.len())];
             dissolve(&mut attempt, &mut users, &small, atom, round.longest);
@@ -54,13 +55,13 @@ pub fn search(network: &mut Network, rounds: usize, steps: usize) {
         if total <= cost {
             cost = total;
             *network = attempt;
-            candidates = dissolvable(network);
+            candidates = dissolvable(network, free);
         }
     }
 }
 
-/// The sums that may be dissolved: nameless, never exact, read by sums alone.
-fn dissolvable(network: &Network) -> Vec<Atom> {
+/// The sums that may be dissolved: nameless unless the search is free, never exact, read by sums alone.
+fn dissolvable(network: &Network, free: bool) -> Vec<Atom> {
     let order = network.order();
     let mut stays = exact(network, &order);
     for root in network.roots() {
@@ -72,7 +73,10 @@ fn dissolvable(network: &Network) -> Vec<Atom> {
         }
     }
     let is_sum = |atom: &Atom| matches!(network.values[*atom as usize], Value::Sum(_));
-    order.into_iter().filter(|x| is_sum(x) && !stays[*x as usize] && !network.is_named(*x)).collect()
+    order
+        .into_iter()
+        .filter(|x| is_sum(x) && !stays[*x as usize] && (free || !network.is_named(*x)))
+        .collect()
 }
 
 /// Which atoms can be known far better than to the rounding of what they are made of: inputs, pinned differences,

@@ -97,6 +97,9 @@ fn flipped(items: &Items, own_line: &[bool]) -> Vec<bool> {
         match item {
             Item::Call(_, edges) => edges.iter().for_each(&mut vote),
             Item::Select(_, x, y) | Item::Compare(_, x, y) => [x, y].into_iter().for_each(&mut vote),
+            Item::Fused(x, y, z) => {
+                [x, &Edge { item: *y, negative: false }, z].into_iter().for_each(&mut vote)
+            }
             Item::Quotient(over, under) => {
                 let factors = over.iter().chain(under);
                 factors.for_each(|&item| vote(&Edge { item, negative: false }));
@@ -329,6 +332,9 @@ impl Builder<'_> {
                 let arguments = arguments.iter().map(|edge| self.signed(*edge)).collect();
                 let arguments = self.plain_arguments(*function, arguments);
                 Expression::Call(*function, arguments)
+            }
+            Item::Fused(x, y, z) => {
+                Expression::Fused(Box::new([self.signed(*x), self.plain(*y), self.signed(*z)]))
             }
             Item::Select(condition, x, y) => {
                 Expression::Select(Box::new([self.value(*condition), self.signed(*x), self.signed(*y)]))

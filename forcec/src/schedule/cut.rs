@@ -24,6 +24,9 @@ const LINE: usize = 84;
 /// Arguments of a call, as wide as they are held to be and as they are: narrower than rustfmt's `fn_call_width`.
 const ARGUMENTS: [usize; 2] = [72, 50];
 
+/// The width of a fused multiplication and addition without its arguments: that of `f64::mul_add(, , )`.
+const FUSED: usize = 18;
+
 /// What a tree may take.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Room {
@@ -126,6 +129,7 @@ fn measure(signature: &Signature, variables: &[Variable], expression: &Expressio
             Size::new(3 * operators + one + around + 2 * wrapped, operators)
         }
         Expression::Call(function, _) => Size::new(spelling_width(*function), 1),
+        Expression::Fused(_) => Size::new(FUSED, 2),
         Expression::Select(_) => Size::new(6, 1),
         Expression::Compare(..) | Expression::And(_) | Expression::Or(_) => Size::new(4, 1),
     };
@@ -138,6 +142,12 @@ fn spelling_width(function: Function) -> usize {
     row.c.len().max(row.rust.len())
 }
 
+/// The room of the arguments of a call.
+fn call_room(room: Room, call: Size) -> Room {
+    let room = room.less(call);
+    Room { width: room.width.min(ARGUMENTS[0]), written: room.written.min(ARGUMENTS[1]), ..room }
+}
+
 impl Builder<'_> {
     fn size(&self, expression: &Expression) -> Size {
         measure(self.signature, &self.variables, expression)
@@ -147,6 +157,11 @@ impl Builder<'_> {
     pub(super) fn fit(&mut self, value: Expression, room: Room) -> Expression {
         match value {
             Expression::Call(function, arguments) => self.fit_call(function, arguments, room),
+            // A fused multiplication is a call as well, and no wider than one.
+            Expression::Fused(parts) => {
+                let parts = self.cut_greatest((*parts).into(), call_room(room, Size::new(FUSED, 2)), 1);
+                Expression::Fused(Box::new(parts.try_into().expect("as many as there were")))
+            }
             value if room.holds(self.size(&value)) => value,
             Expression::Sum(terms) => {
                 let join = |terms: Vec<(bool, Expression)>| {
@@ -196,9 +211,7 @@ impl Builder<'_> {
     }
 
     fn fit_call(&mut self, function: Function, arguments: Vec<Expression>, room: Room) -> Expression {
-        let mut room = room.less(Size::new(spelling_width(function), 1));
-        room.width = room.width.min(ARGUMENTS[0]);
-        room.written = room.written.min(ARGUMENTS[1]);
+        let room = call_room(room, Size::new(spelling_width(function), 1));
         Expression::Call(function, self.cut_greatest(arguments, room, 1))
     }
 

@@ -9,7 +9,8 @@ use crate::bodies::Slot;
 use crate::exact::Exact;
 use crate::ops::{Cost, Function};
 use crate::scalar::{Id, Node, Program};
-use crate::schedule::{Output, Part};
+use crate::schedule::double::Pair;
+use crate::schedule::{Output, Part, Style};
 use crate::vector::Comparison;
 use rustc_hash::FxHashMap;
 
@@ -34,6 +35,8 @@ pub(super) enum Item {
     Sum(Vec<Edge>),
     /// Π over / Π under
     Quotient(Vec<ItemId>, Vec<ItemId>),
+    /// x y + z, rounded once.
+    Fused(Edge, ItemId, Edge),
     Call(Function, Vec<Edge>),
     Select(ItemId, Edge, Edge),
     Known(bool),
@@ -51,6 +54,7 @@ impl Item {
             Item::Difference(x, y) | Item::And(x, y) | Item::Or(x, y) => vec![*x, *y],
             Item::Sum(edges) | Item::Call(_, edges) => edges.iter().map(|e| e.item).collect(),
             Item::Quotient(over, under) => over.iter().chain(under).copied().collect(),
+            Item::Fused(x, y, z) => vec![x.item, *y, z.item],
             Item::Select(c, x, y) => vec![*c, x.item, y.item],
             Item::Compare(_, x, y) => vec![x.item, y.item],
             Item::Not(x) => vec![*x],
@@ -81,10 +85,11 @@ pub(super) struct Items {
 }
 
 /// A program's live nodes as items.
-pub(super) fn lower(program: &Program) -> Items {
+pub(super) fn lower(program: &Program, style: Style) -> Items {
     let live = program.live();
     let mut lowering = Lowering {
         program,
+        style,
         reads: reads(program, &live),
         items: Vec::new(),
         sources: Vec::new(),
@@ -95,6 +100,7 @@ pub(super) fn lower(program: &Program) -> Items {
         power: FxHashMap::default(),
         powers: FxHashMap::default(),
         chains: Chains::new(),
+        pairs: FxHashMap::default(),
     };
     for (id, node) in program.graph.iter() {
         if live[id.index()] {
@@ -142,8 +148,9 @@ fn reads(program: &Program, live: &[bool]) -> Vec<u32> {
     reads
 }
 
-struct Lowering<'a> {
-    program: &'a Program,
+pub(super) struct Lowering<'a> {
+    pub(super) program: &'a Program,
+    style: Style,
     reads: Vec<u32>,
     items: Vec<Item>,
     sources: Vec<Option<String>>,
@@ -154,17 +161,19 @@ struct Lowering<'a> {
     power: FxHashMap<(ItemId, u32), ItemId>,
     powers: FxHashMap<ItemId, (ItemId, u32)>,
     chains: Chains,
+    /// What is computed in doubled precision.
+    pub(super) pairs: FxHashMap<Id, Pair>,
 }
 
 impl Lowering<'_> {
-    fn push(&mut self, item: Item) -> ItemId {
+    pub(super) fn push(&mut self, item: Item) -> ItemId {
         let id = self.items.len() as ItemId;
         self.items.push(item);
         self.sources.push(None);
         id
     }
 
-    fn number(&mut self, value: &Exact) -> Edge {
+    pub(super) fn number(&mut self, value: &Exact) -> Edge {
         let (size, negative) = (value.abs(), value.is_negative());
         let item = match self.numbers.get(&size) {
             Some(item) => *item,
@@ -177,7 +186,7 @@ impl Lowering<'_> {
         Edge { item, negative }
     }
 
-    fn edge(&mut self, id: Id) -> Edge {
+    pub(super) fn edge(&mut self, id: Id) -> Edge {
         let (coefficient, rest) = self.program.graph.split(id);
         match self.program.graph.value(rest) {
             Some(value) => self.number(&(&coefficient * value)),
@@ -203,7 +212,7 @@ impl Lowering<'_> {
         Edge { item, negative }
     }
 
-    fn item(&mut self, id: Id) -> ItemId {
+    pub(super) fn item(&mut self, id: Id) -> ItemId {
         if self.of[id.index()].is_none() {
             // Only reciprocals are put off until something other than a product reads them.
             match self.program.graph.node(id) {
@@ -229,6 +238,10 @@ impl Lowering<'_> {
     }
 
     fn node(&mut self, id: Id, node: &Node) {
+        if self.program.graph.is_doubled(id) {
+            let item = self.doubled(id, node);
+            return self.place(id, item);
+        }
         let item = match node {
             Node::Constant(_) => return,
             Node::Sum(constant, terms) if terms.len() == 1 && constant.is_zero() => return,
@@ -236,7 +249,12 @@ impl Lowering<'_> {
                 let multiple = self.multiple(c, *x).item;
                 return self.place(id, multiple);
             }
-            Node::Recip(_) if self.reads[id.index()] == 1 && self.program.graph.name(id).is_none() => return,
+            Node::Recip(_)
+                if (self.reads[id.index()] == 1 || self.style.divisions)
+                    && self.program.graph.name(id).is_none() =>
+            {
+                return;
+            }
             Node::Recip(x) => return self.recip(id, *x),
             Node::Input(slot) => {
                 let input = self.input(*slot);
@@ -247,6 +265,11 @@ impl Lowering<'_> {
                 let mut edges: Vec<Edge> = terms.iter().map(|(c, id)| self.multiple(c, *id)).collect();
                 if !constant.is_zero() {
                     edges.push(self.number(constant));
+                }
+                if self.style.fma {
+                    let factors = terms.iter().map(|(c, id)| self.factors(c, *id)).collect();
+                    let sum = self.fused_sum(edges, factors);
+                    return self.place(id, sum);
                 }
                 Item::Sum(edges)
             }
@@ -278,7 +301,7 @@ impl Lowering<'_> {
         self.place(id, item);
     }
 
-    fn input(&mut self, slot: Slot) -> ItemId {
+    pub(super) fn input(&mut self, slot: Slot) -> ItemId {
         if let Some(input) = self.inputs.get(&slot) {
             return *input;
         }
@@ -291,7 +314,7 @@ impl Lowering<'_> {
         let (mut over, mut under) = (Vec::new(), Vec::new());
         for &(id, exponent) in factors {
             match *self.program.graph.node(id) {
-                Node::Recip(x) if self.of[id.index()].is_none() => {
+                Node::Recip(x) if self.of[id.index()].is_none() || self.style.divisions => {
                     let x = self.item(x);
                     under.push(self.power(x, exponent));
                 }
@@ -305,6 +328,48 @@ impl Lowering<'_> {
             ([power], []) => *power,
             _ => self.push(Item::Quotient(over, under)),
         }
+    }
+
+    /// Whether a term is a product that nothing else reads.
+    fn factors(&self, coefficient: &Exact, id: Id) -> bool {
+        coefficient.is_unit()
+            && self.reads[id.index()] == 1
+            && self.program.graph.name(id).is_none()
+            && matches!(self.program.graph.node(id), Node::Product(_))
+            && !self.program.graph.is_doubled(id)
+    }
+
+    /// A sum to which the products that nothing else reads are added one by one.
+    fn fused_sum(&mut self, edges: Vec<Edge>, single: Vec<bool>) -> ItemId {
+        let fusible = |lowering: &Self, edge: &Edge| {
+            matches!(&lowering.items[edge.item as usize], Item::Quotient(over, under) if over.len() > 1 && under.is_empty())
+                && !lowering.powers.contains_key(&edge.item)
+        };
+        let single = single.into_iter().chain([false]);
+        let (mut products, mut rest) = (Vec::new(), Vec::new());
+        for (edge, single) in edges.into_iter().zip(single) {
+            if single && fusible(self, &edge) { products.push(edge) } else { rest.push(edge) }
+        }
+        if rest.is_empty() {
+            rest.push(products.remove(0));
+        }
+        let mut sum = match rest.as_slice() {
+            [edge] => *edge,
+            _ => Edge { item: self.push(Item::Sum(rest)), negative: false },
+        };
+        for product in products {
+            // Nothing reads the product any more.
+            let taken = std::mem::replace(&mut self.items[product.item as usize], Item::Known(false));
+            let Item::Quotient(mut factors, _) = taken else { unreachable!("just looked at") };
+            let last = factors.pop().expect("a product has factors");
+            let first = match factors.as_slice() {
+                [factor] => *factor,
+                _ => self.push(Item::Quotient(factors, vec![])),
+            };
+            let first = Edge { item: first, negative: product.negative };
+            sum = Edge { item: self.push(Item::Fused(first, last, sum)), negative: false };
+        }
+        if sum.negative { self.push(Item::Sum(vec![sum])) } else { sum.item }
     }
 
     fn power(&mut self, base: ItemId, exponent: u32) -> ItemId {

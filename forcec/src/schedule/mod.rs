@@ -6,6 +6,7 @@
 
 mod build;
 mod cut;
+pub(crate) mod double;
 mod lower;
 mod names;
 pub mod print;
@@ -107,6 +108,8 @@ pub enum Expression {
     Sum(Vec<(bool, Expression)>),
     /// Π over / Π under; 1 over an empty product.
     Quotient(Vec<Expression>, Vec<Expression>),
+    /// x y + z, rounded once.
+    Fused(Box<[Expression; 3]>),
     /// A row of the function table.
     Call(Function, Vec<Expression>),
     /// if the first holds the second, else the third: a statement of its own.
@@ -155,7 +158,7 @@ impl Expression {
             Expression::Sum(terms) => terms.iter().map(|(_, x)| x).collect(),
             Expression::Quotient(over, under) => over.iter().chain(under).collect(),
             Expression::Call(_, arguments) => arguments.iter().collect(),
-            Expression::Select(parts) => parts.iter().collect(),
+            Expression::Select(parts) | Expression::Fused(parts) => parts.iter().collect(),
             Expression::Difference(pair)
             | Expression::Compare(_, pair)
             | Expression::And(pair)
@@ -186,6 +189,18 @@ impl Expression {
                 Cost::Sqrt => count.sqrt = 1,
                 Cost::Call => count.call = 1,
             },
+            Expression::Fused(parts) => {
+                (count.add, count.mul) = (1, 1);
+                // The sign of a factor or of what is added is part of the operation.
+                for part in parts.iter() {
+                    let inside = match part {
+                        Expression::Negative(x) => x,
+                        part => part,
+                    };
+                    count += inside.operations();
+                }
+                return count;
+            }
             Expression::Select(_) | Expression::Compare(..) => count.call = 1,
             _ => {}
         }
@@ -231,9 +246,18 @@ pub struct Schedule {
     pub distinct: usize,
 }
 
+/// What may be written how.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct Style {
+    /// Every quotient is a division: no reciprocal serves several.
+    pub divisions: bool,
+    /// A product that only a sum reads is added to it by a fused multiplication.
+    pub fma: bool,
+}
+
 /// The statements that compute a program's outputs.
-pub fn schedule(program: &Program) -> Schedule {
-    let items = lower::lower(program);
+pub fn schedule(program: &Program, style: Style) -> Schedule {
+    let items = lower::lower(program, style);
     build::build(&program.signature, items)
 }
 

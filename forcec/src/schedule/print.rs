@@ -24,6 +24,10 @@ pub trait Dialect {
     fn input(&self, slot: Slot) -> String;
     /// A function's template: `{0}`, `{1}` stand for the arguments.
     fn function(&self, function: Function) -> String;
+    /// The template of x y + z, rounded once.
+    fn fused(&self) -> String {
+        "fma({0}, {1}, {2})".to_owned()
+    }
     /// What stands for both, either, not.
     fn logic(&self) -> [&'static str; 3] {
         ["&&", "||", "!"]
@@ -163,7 +167,10 @@ impl Printer<'_> {
                     }
                 }
             }
-            Expression::Call(function, arguments) => self.call(out, *function, arguments),
+            Expression::Call(function, arguments) => {
+                self.fill(out, &self.dialect.function(*function), arguments)
+            }
+            Expression::Fused(parts) => self.fill(out, &self.dialect.fused(), &parts[..]),
             Expression::Select(parts) => {
                 let [condition, x, y] = self.select(parts);
                 out.push_str(&format!("{condition} ? {x} : {y}"));
@@ -198,9 +205,8 @@ impl Printer<'_> {
         self.write(out, &pair[1], context);
     }
 
-    fn call(&self, out: &mut String, function: Function, arguments: &[Expression]) {
-        let template = self.dialect.function(function);
-        let mut rest = template.as_str();
+    fn fill(&self, out: &mut String, template: &str, arguments: &[Expression]) {
+        let mut rest = template;
         while let Some(open) = rest.find('{') {
             out.push_str(&rest[..open]);
             let close = open + 2;

@@ -87,6 +87,7 @@ fn evaluate<N: Number>(
                 None => over,
             }
         }
+        Expression::Fused(parts) => N::fused(real(&parts[0])?, real(&parts[1])?, real(&parts[2])?),
         Expression::Call(function, arguments) => {
             let arguments: Option<Vec<N>> = arguments.iter().map(real).collect();
             N::call(*function, &arguments?)

@@ -4,6 +4,7 @@
 //! is flat memory. Names are not resolved and types are not checked yet.
 
 use crate::exact::Exact;
+use crate::plan::Mode;
 use crate::span::{Source, Span};
 
 /// A parsed force file.
@@ -86,6 +87,10 @@ pub struct Function {
     pub kind: FunctionKind,
     /// `real = …` of its attribute.
     pub precision: Option<Precision>,
+    /// `mode = …` of its attribute.
+    pub mode: Option<Mode>,
+    /// `fma` in its attribute.
+    pub fma: bool,
     /// The clauses of `#[domain(…)]`.
     pub domains: Vec<DomainClause>,
     /// Its name.

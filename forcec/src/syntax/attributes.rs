@@ -3,6 +3,7 @@
 use super::ast::{DomainClause, FunctionKind, Precision, StatedDomain};
 use super::reader::Reader;
 use super::suggest;
+use crate::plan::Mode;
 use crate::span::Span;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
@@ -36,6 +37,8 @@ pub(super) struct Stated {
     pub(super) docs: Vec<String>,
     pub(super) kind: Option<(FunctionKind, Span)>,
     pub(super) precision: Option<Precision>,
+    pub(super) mode: Option<Mode>,
+    pub(super) fma: bool,
     pub(super) domains: Vec<DomainClause>,
     /// Where a `#[domain]` stands.
     pub(super) domain: Option<Span>,
@@ -161,17 +164,35 @@ impl Reader<'_> {
                         "write `real = f32`",
                     ),
                 },
-                ("unilateral" | "per_row" | "real", _) => {
-                    let (form, help) = if text == "real" {
-                        ("it takes a precision", "write `real = f32`".to_owned())
-                    } else {
-                        ("it stands by itself", format!("write `{text}`"))
+                ("fma", Meta::Path(_)) => stated.fma = true,
+                ("mode", Meta::NameValue(value)) => {
+                    let mode = match &value.value {
+                        syn::Expr::Path(path) => path.path.get_ident().map(ToString::to_string),
+                        _ => None,
+                    };
+                    match mode.as_deref().map(Mode::named) {
+                        Some(Some(mode)) => stated.mode = Some(mode),
+                        _ => self.error_help(
+                            place,
+                            "unknown mode",
+                            "what follows is none",
+                            format!("the modes are {}", Mode::names()),
+                        ),
+                    }
+                }
+                ("unilateral" | "per_row" | "real" | "mode" | "fma", _) => {
+                    let (form, help) = match text.as_str() {
+                        "real" => ("it takes a precision", "write `real = f32`".to_owned()),
+                        "mode" => ("it takes the name of a mode", "write `mode = fast`".to_owned()),
+                        _ => ("it stands by itself", format!("write `{text}`")),
                     };
                     self.error_help(place, format!("the option `{text}` is malformed"), form, help);
                 }
                 _ => {
-                    let known: &[&str] =
-                        if name == "constraint" { &["unilateral", "per_row", "real"] } else { &["real"] };
+                    let known: &[&str] = match name {
+                        "constraint" => &["unilateral", "per_row", "real", "mode", "fma"],
+                        _ => &["real", "mode", "fma"],
+                    };
                     let listed: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
                     let help = suggest::did_you_mean(&text, known.iter().copied())
                         .unwrap_or_else(|| format!("the options are {}", listed.join(", ")));

@@ -138,12 +138,14 @@ impl Reader<'_> {
             );
         }
         let body = self.body(&item.block);
-        let Stated { docs, precision, domains, .. } = stated;
+        let Stated { docs, precision, mode, fma, domains, .. } = stated;
         let expressions = std::mem::take(&mut self.expressions);
         self.functions.push(Function {
             docs,
             kind,
             precision,
+            mode,
+            fma,
             domains,
             name,
             arguments,

@@ -305,6 +305,10 @@ impl Dialect for C<'_> {
         literal(value, self.precision)
     }
 
+    fn fused(&self) -> String {
+        super::spelled("fma{f}({0}, {1}, {2})", self.precision)
+    }
+
     fn known(&self, value: bool) -> String {
         u8::from(value).to_string()
     }

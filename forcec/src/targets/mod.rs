@@ -58,16 +58,17 @@ fn decimal(value: &Exact, precision: Precision) -> Option<String> {
 
 /// A function's template with everything but the arguments filled in.
 fn template(template: &str, function: Function, precision: Precision) -> String {
+    let order = function.order().map(|n| n.to_string()).unwrap_or_default();
+    spelled(template, precision).replace("{n}", &order)
+}
+
+/// A template with the precision filled in.
+fn spelled(template: &str, precision: Precision) -> String {
     let (lower, upper) = match precision {
         Precision::F64 => ("", ""),
         Precision::F32 => ("f", "_F32"),
     };
-    let order = function.order().map(|n| n.to_string()).unwrap_or_default();
-    template
-        .replace("{p}", precision.name())
-        .replace("{f}", lower)
-        .replace("{F}", upper)
-        .replace("{n}", &order)
+    template.replace("{p}", precision.name()).replace("{f}", lower).replace("{F}", upper)
 }
 
 /// A slot as an expression: `a->position[2]`, `params->m[0][1]`; `arrow` reaches from an argument to its fields.

@@ -411,6 +411,10 @@ impl Dialect for Rust<'_> {
         if text.contains("::") { text } else { format!("{text}_{}", self.precision) }
     }
 
+    fn fused(&self) -> String {
+        super::spelled("{p}::mul_add({0}, {1}, {2})", self.precision)
+    }
+
     fn known(&self, value: bool) -> String {
         value.to_string()
     }

@@ -50,9 +50,6 @@ pub fn apply(program: &Program, mutation: Mutation) -> Program {
     for (id, node) in program.graph.iter() {
         let at = |id: &Id| map[id.index()];
         let copy = match node {
-            Node::Constant(value) => graph.constant(value.clone()),
-            Node::Input(slot) => graph.input(*slot),
-            Node::Difference(first, second) => graph.difference(*first, *second),
             Node::Sum(constant, terms) => {
                 let flipped = |term: usize, c: &Exact| {
                     if mutation == Mutation::Term(id, term) { -c } else { c.clone() }
@@ -60,22 +57,7 @@ pub fn apply(program: &Program, mutation: Mutation) -> Program {
                 let rest = terms.iter().enumerate().map(|(k, (c, x))| (flipped(k, c), at(x))).collect();
                 graph.sum(flipped(terms.len(), constant), rest)
             }
-            Node::Product(factors) => {
-                let factors: Vec<(Id, u32)> = factors.iter().map(|(x, n)| (at(x), *n)).collect();
-                graph.product(&factors)
-            }
-            Node::Multiple(c, x) => graph.held_multiple(c, at(x)),
-            Node::Recip(x) => graph.recip(at(x)),
-            Node::Call(function, arguments) => {
-                let arguments: Vec<Id> = arguments.iter().map(at).collect();
-                graph.call(*function, &arguments)
-            }
-            Node::Select(c, x, y) => graph.select(at(c), at(x), at(y)),
-            Node::Known(truth) => graph.known(*truth),
-            Node::Compare(comparison, x, y) => graph.compare(*comparison, at(x), at(y)),
-            Node::And(a, b) => graph.and(at(a), at(b)),
-            Node::Or(a, b) => graph.or(at(a), at(b)),
-            Node::Not(a) => graph.not(at(a)),
+            node => graph.copy(node, at),
         };
         map.push(copy);
     }

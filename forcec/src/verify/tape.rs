@@ -10,6 +10,7 @@ use crate::bodies::{Domain, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::scalar::{Id, Node, Program};
+use crate::schedule::double::whole;
 use crate::special;
 use crate::vector::{Comparison, Graph};
 use std::collections::BTreeMap;
@@ -25,8 +26,90 @@ pub(crate) struct Bounded {
     pub(crate) error: f64,
 }
 
+/// A value in doubled precision, high + low.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    high: f64,
+    low: f64,
+    /// How far it may be from what it stands for.
+    error: f64,
+    /// The high is no larger, and the low no larger than its rounding.
+    scale: f64,
+}
+
+impl Pair {
+    fn new(x: Bounded) -> Pair {
+        Pair { high: x.value, low: 0.0, error: x.error, scale: x.value.abs() }
+    }
+
+    fn value(self) -> f64 {
+        self.high + self.low
+    }
+
+    /// Rounded once.
+    fn rounded(self) -> Bounded {
+        let value = self.value();
+        Bounded { value, error: self.error + UNIT * value.abs() }
+    }
+
+    /// Σ of these: what each addition loses is exact, only lows are rounded.
+    fn sum(pairs: &[Pair]) -> Pair {
+        let (mut high, mut low, mut error, mut scale) = (0.0f64, 0.0, 0.0, 0.0);
+        for pair in pairs {
+            let sum = high + pair.high;
+            let second = sum - high;
+            low += ((high - (sum - second)) + (pair.high - second)) + pair.low;
+            high = sum;
+            error += pair.error;
+            scale += pair.scale;
+        }
+        let count = pairs.len() as f64;
+        scale *= count + 1.0;
+        Pair { high, low, error: error + count * UNIT * UNIT * scale, scale }
+    }
+
+    fn product(self, other: Pair) -> Pair {
+        let high = self.high * other.high;
+        let low = self.high.mul_add(other.high, -high) + (self.high * other.low + self.low * other.high);
+        let scale = 3.0 * self.scale * other.scale;
+        let (x, y) = (self.value().abs(), other.value().abs());
+        let through = x * other.error + y * self.error + self.error * other.error;
+        let underflow = if scale == 0.0 { 0.0 } else { 4.0 * f64::MIN_POSITIVE };
+        Pair { high, low, error: through + 4.0 * UNIT * UNIT * scale + underflow, scale }
+    }
+
+    /// The low below the rounding of the high.
+    fn normal(self) -> Pair {
+        let high = self.high + self.low;
+        let second = high - self.high;
+        let low = (self.high - (high - second)) + (self.low - second);
+        Pair { high, low, scale: high.abs(), ..self }
+    }
+
+    fn recip(self) -> Pair {
+        let x = self.normal();
+        let high = 1.0 / x.high;
+        let low = high * ((-high).mul_add(x.high, 1.0) - high * x.low);
+        let least = x.high.abs() - x.error;
+        let through = if least > 0.0 { x.error / (x.high.abs() * least) } else { f64::INFINITY };
+        let scale = 3.0 * high.abs();
+        Pair { high, low, error: through + 8.0 * UNIT * UNIT * scale + f64::MIN_POSITIVE, scale }
+    }
+
+    fn sqrt(self) -> Pair {
+        let x = self.normal();
+        let high = x.high.sqrt();
+        let low = ((-high).mul_add(high, x.high) + x.low) / (2.0 * high);
+        let through = if x.high > x.error { x.error / (x.high - x.error).sqrt() } else { f64::INFINITY };
+        let scale = 3.0 * high;
+        Pair { high, low, error: through + 8.0 * UNIT * UNIT * scale + f64::MIN_POSITIVE, scale }
+    }
+}
+
 struct Coefficient {
     value: f64,
+    /// What doubled precision knows beyond the value.
+    low: f64,
     /// What rounding the coefficient to a double adds, relative to it.
     inexact: f64,
     is_unit: bool,
@@ -36,7 +119,21 @@ impl Coefficient {
     fn new(exact: &Exact) -> Coefficient {
         let value = exact.to_f64();
         let inexact = if Exact::from_f64(value).as_ref() == Some(exact) { 0.0 } else { UNIT };
-        Coefficient { value, inexact, is_unit: exact.is_unit() }
+        let rest = Exact::from_f64(value).filter(|_| whole(exact).is_some());
+        let low = rest.map_or(0.0, |rounded| (exact - &rounded).to_f64());
+        Coefficient { value, low, inexact, is_unit: exact.is_unit() }
+    }
+
+    /// As it stands in a kernel by itself.
+    fn rounded(&self) -> Pair {
+        Pair::new(Bounded { value: self.value, error: self.inexact * self.value.abs() })
+    }
+
+    /// In doubled precision, as far as a kernel has it in that.
+    fn pair(&self) -> Pair {
+        let (size, known) = (self.value.abs(), self.low != 0.0);
+        let error = if known { 16.0 * UNIT * UNIT * size } else { self.inexact * size };
+        Pair { high: self.value, low: self.low, error, scale: size }
     }
 }
 
@@ -68,6 +165,8 @@ pub(crate) struct Run {
 /// The operations that some outputs of a program need.
 pub(crate) struct Tape {
     operations: Vec<Operation>,
+    /// Which operations are in doubled precision.
+    doubled: Vec<bool>,
     outputs: Vec<usize>,
     partials: BTreeMap<Function, Partials>,
 }
@@ -88,7 +187,12 @@ impl Tape {
             }
         }
         let mut places = vec![usize::MAX; nodes.len()];
-        let mut tape = Tape { operations: Vec::new(), outputs: Vec::new(), partials: BTreeMap::new() };
+        let mut tape = Tape {
+            operations: Vec::new(),
+            doubled: Vec::new(),
+            outputs: Vec::new(),
+            partials: BTreeMap::new(),
+        };
         for (id, node) in nodes.into_iter().filter(|(id, _)| live[id.index()]) {
             let at = |id: &Id| places[id.index()];
             let operation = match node {
@@ -119,6 +223,7 @@ impl Tape {
             };
             places[id.index()] = tape.operations.len();
             tape.operations.push(operation);
+            tape.doubled.push(program.graph.is_doubled(id));
         }
         tape.outputs = outputs.iter().map(|id| places[id.index()]).collect();
         tape
@@ -174,8 +279,16 @@ impl Tape {
     /// The outputs with bounds on their errors, from inputs that may be off by this much.
     pub(crate) fn bounds(&self, inputs: &[f64], errors: &[f64]) -> Vec<Bounded> {
         let mut v: Vec<Bounded> = Vec::with_capacity(self.operations.len());
-        for operation in &self.operations {
-            let mut bounded = self.bounded(operation, &v, inputs, errors);
+        // What is in doubled precision, and what it is for those who read it so.
+        let mut pairs: BTreeMap<usize, Pair> = BTreeMap::new();
+        for (index, (operation, doubled)) in self.operations.iter().zip(&self.doubled).enumerate() {
+            let mut bounded = if *doubled {
+                let pair = doubled_precision(operation, &v, &pairs, inputs, errors);
+                pairs.insert(index, pair);
+                pair.rounded()
+            } else {
+                self.bounded(operation, &v, inputs, errors)
+            };
             if bounded.error.is_nan() {
                 bounded.error = f64::INFINITY;
             }
@@ -247,6 +360,52 @@ impl Tape {
             }
             Operation::Not(a) => Bounded { value: 1.0 - v[*a].value, error: v[*a].error },
         }
+    }
+}
+
+/// An operation in doubled precision.
+fn doubled_precision(
+    operation: &Operation,
+    v: &[Bounded],
+    pairs: &BTreeMap<usize, Pair>,
+    inputs: &[f64],
+    errors: &[f64],
+) -> Pair {
+    let at = |x: &usize| pairs.get(x).copied().unwrap_or_else(|| Pair::new(v[*x]));
+    match operation {
+        Operation::Difference(a, b) => Pair::sum(&[
+            Pair::new(Bounded { value: inputs[*a], error: errors[*a] }),
+            Pair::new(Bounded { value: -inputs[*b], error: errors[*b] }),
+        ]),
+        Operation::Sum(constant, terms) => {
+            let scaled = |(c, x): &(Coefficient, usize)| {
+                if c.is_unit {
+                    let x = at(x);
+                    return Pair { high: c.value * x.high, low: c.value * x.low, ..x };
+                }
+                c.pair().product(at(x))
+            };
+            let constant = (constant.value != 0.0).then(|| constant.rounded());
+            let terms: Vec<Pair> = terms.iter().map(scaled).chain(constant).collect();
+            if let [term] = terms.as_slice() { *term } else { Pair::sum(&terms) }
+        }
+        Operation::Product(factors) => {
+            let mut all = factors.iter().flat_map(|(x, n)| std::iter::repeat_n(at(x), *n as usize));
+            let first = all.next().expect("a product has factors");
+            all.fold(first, Pair::product)
+        }
+        Operation::Recip(x) => at(x).recip(),
+        Operation::Call(_, x) => at(&x[0]).sqrt(),
+        Operation::Select(c, x, y) => {
+            let (condition, x, y) = (v[*c], at(x), at(y));
+            let chosen = if condition.value != 0.0 { x } else { y };
+            if condition.error == 0.0 {
+                return chosen;
+            }
+            let apart = (x.value() - y.value()).abs();
+            Pair { error: apart + x.error.max(y.error), ..chosen }
+        }
+        _ => unreachable!("only sums, products, quotients, roots and selections are doubled"),
     }
 }
 

@@ -7,7 +7,7 @@ use forcec::eval::{self, Outputs};
 use forcec::identifiers::Arguments;
 use forcec::kernel::{File, Kernel, Precision, Target};
 use forcec::scalar::{Operations, Program};
-use forcec::schedule::schedule;
+use forcec::schedule::{Style, schedule};
 use forcec::targets;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -28,7 +28,7 @@ fn file() -> File {
         ],
         name,
         formulas: vec!["F = -J^T (stiffness C + damping dC/dt)".to_owned()],
-        schedule: schedule(&program),
+        schedule: schedule(&program, Style::default()),
     });
     File {
         stem: "made".to_owned(),
@@ -66,7 +66,7 @@ fn compare(text: &str) {
     for (name, program) in kernels() {
         let signature = program.signature.clone();
         let input = |slot: Slot| programs::input(&signature, slot);
-        let schedule = schedule(&program);
+        let schedule = schedule(&program, Style::default());
         let wide = schedule.evaluate::<f64>(&input).unwrap();
         let narrow = schedule.evaluate::<f32>(&|slot| input(slot) as f32).unwrap();
         let narrow: Vec<f64> = narrow.iter().map(|x| f64::from(*x)).collect();
@@ -91,7 +91,8 @@ fn schedules_compute_what_the_program_means() {
         let signature = program.signature.clone();
         let input = |slot: Slot| programs::input(&signature, slot);
         let exact: Outputs<f64> = eval::evaluate(&program, &input);
-        let scheduled = schedule(&program).evaluate(&input).expect("every output is written");
+        let scheduled =
+            schedule(&program, Style::default()).evaluate(&input).expect("every output is written");
         for (i, (x, y)) in exact.iter().zip(scheduled.iter()).enumerate() {
             let close = x == y || (x - y).abs() <= 1e-9 * x.abs().max(1e-3) || x.is_nan() && y.is_nan();
             assert!(close, "{name}, output {i}: {y} is not {x}");
@@ -325,7 +326,7 @@ fn recount(text: &str) -> Operations {
 #[test]
 fn operations_are_counted_on_the_text() {
     for (name, program) in kernels() {
-        let schedule = schedule(&program);
+        let schedule = schedule(&program, Style::default());
         let kernel = Kernel { name: name.clone(), docs: vec![], formulas: vec![], schedule };
         let operations = kernel.schedule.operations();
         let rust = targets::rust::kernel_module(&kernel, Precision::F32);

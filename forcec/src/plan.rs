@@ -1,0 +1,93 @@
+//! How a kernel is to be made: how long to look for fewer operations, and what may be done to rounding for them.
+
+/// How long to look for fewer operations.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub enum Effort {
+    /// Factoring alone.
+    Quick,
+    /// A short search: takes about as long as everything else together.
+    #[default]
+    Default,
+    /// A long one: seconds a kernel.
+    Max,
+}
+
+impl Effort {
+    /// All of them, the least first, by name.
+    pub const ALL: [(&'static str, Effort); 3] =
+        [("quick", Effort::Quick), ("default", Effort::Default), ("max", Effort::Max)];
+
+    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest.
+    pub(crate) fn rounds(self, operations: usize) -> usize {
+        let (most, budget) = match self {
+            Effort::Quick => (0, 0),
+            Effort::Default => (8, 10_000),
+            Effort::Max => (500, 400_000),
+        };
+        most.min(budget / operations.max(1))
+    }
+}
+
+/// What a kernel may do to rounding.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub enum Mode {
+    /// Nothing is factored or regrouped, every quotient is a division.
+    Strict,
+    /// Factored where that keeps the error small.
+    #[default]
+    Balanced,
+    /// Factored across names and small sums, divisions saved.
+    Fast,
+    /// Balanced, and what can cancel is computed in doubled precision.
+    Accurate,
+}
+
+impl Mode {
+    /// All of them by name, with what they do.
+    pub const ALL: [(&'static str, Mode, &'static str); 4] = [
+        ("strict", Mode::Strict, "nothing is factored or regrouped, every quotient is a division"),
+        (
+            "balanced",
+            Mode::Balanced,
+            "factored where that keeps the error small; differences of inputs stay as they are",
+        ),
+        (
+            "fast",
+            Mode::Fast,
+            "factored across names and across products of small sums too; one division for 1/√x and 1/x",
+        ),
+        (
+            "accurate",
+            Mode::Accurate,
+            "as balanced; what cancels is computed in doubled precision and rounded once",
+        ),
+    ];
+
+    /// Their names, as a sentence lists them.
+    pub fn names() -> String {
+        let names: Vec<String> = Mode::ALL.iter().map(|(name, ..)| format!("`{name}`")).collect();
+        names.join(", ")
+    }
+
+    /// The mode of this name.
+    pub fn named(name: &str) -> Option<Mode> {
+        Mode::ALL.iter().find(|(own, ..)| *own == name).map(|(_, mode, _)| *mode)
+    }
+}
+
+/// How to make a kernel.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Plan {
+    /// How long to look for fewer operations.
+    pub effort: Effort,
+    /// What may be done to rounding.
+    pub mode: Mode,
+    /// Whether products that are added are written as fused multiplications and additions.
+    pub fma: bool,
+}
+
+impl From<Effort> for Plan {
+    fn from(effort: Effort) -> Plan {
+        Plan { effort, ..Plan::default() }
+    }
+}
