@@ -63,6 +63,15 @@ impl Mode {
         ),
     ];
 
+    /// What to tell a C compiler, so that it keeps or uses what the mode allows.
+    pub fn flags(self) -> &'static str {
+        match self {
+            Mode::Strict | Mode::Balanced => "-ffp-contract=off",
+            Mode::Fast => "-ffp-contract=fast -march=native",
+            Mode::Accurate => "-march=native",
+        }
+    }
+
     /// Their names, as a sentence lists them.
     pub fn names() -> String {
         let names: Vec<String> = Mode::ALL.iter().map(|(name, ..)| format!("`{name}`")).collect();

@@ -4,6 +4,7 @@
 
 #![cfg(feature = "cli")]
 
+use forcec::Mode;
 use forcec::compile::{Compiled, Stages, compile};
 use forcec::diagnostic::Diagnostics;
 use forcec::identities::IDENTITIES;
@@ -107,6 +108,12 @@ fn printed(name: &str) -> String {
         "pass-list" => table(
             &["pass", "what it does"],
             PASSES.iter().map(|pass| vec![code(pass.name), pass.summary.to_owned()]),
+        ),
+        "modes" => table(
+            &["mode", "what it does", "flags of a C compiler"],
+            Mode::ALL
+                .iter()
+                .map(|(name, mode, summary)| vec![code(name), (*summary).to_owned(), code(mode.flags())]),
         ),
         "derivatives" => derivatives(),
         "functions" => functions(),

@@ -6,6 +6,7 @@
 pub mod cases;
 pub mod driver;
 
+use forcec::Plan;
 use forcec::compile::{Compiled, compile};
 use forcec::kernel::{File, Precision};
 use forcec::span::Source;
@@ -38,6 +39,13 @@ pub fn library() -> Vec<ForceFile> {
     files("../constraints")
 }
 
+/// One file of the library, made to a plan.
+pub fn library_with(plan: Plan, stem: &str) -> ForceFile {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
+    let text = std::fs::read_to_string(&path).expect("the library can be read");
+    ForceFile { compiled: compiled_with(stem, &text, plan), stem: stem.to_owned() }
+}
+
 /// Force files that nothing was tuned on: `tests/unseen/*.rs`.
 pub fn unseen() -> Vec<ForceFile> {
     files("unseen")
@@ -62,7 +70,12 @@ fn files(folder: &str) -> Vec<ForceFile> {
 
 /// Compiles a text that is right.
 pub fn compiled(name: &str, text: &str) -> Compiled {
-    match compile(&Source::new(format!("{name}.rs"), text), &|_| true, forcec::Effort::Default) {
+    compiled_with(name, text, Plan::default())
+}
+
+/// Compiles a text that is right to a plan.
+pub fn compiled_with(name: &str, text: &str, plan: Plan) -> Compiled {
+    match compile(&Source::new(format!("{name}.rs"), text), &|_| true, plan) {
         Ok(compiled) => compiled,
         Err(errors) => panic!("{name} does not compile:\n{errors}\n{text}"),
     }

@@ -5,15 +5,16 @@ use forcec::bodies::Slot;
 use forcec::compile::Stages;
 use forcec::verify::Subject;
 use forcec::verify::probe::Probe;
-use forcec_tests::{Random, library};
+use forcec::{Mode, Plan};
+use forcec_tests::{Random, library, library_with};
 
 /// Where `a.position` and `b.position` stand among the inputs of a kernel between two rigid bodies.
 const POSITIONS: [usize; 2] = [0, 13];
 
-/// A ball joint with arms of about 0.3 m, off by about 1 cm; every number is a float. Positions are multiples of 2⁻⁹ m, so
-/// that they stay the same floats' difference when both are moved by 1e4 m.
-fn state(random: &mut Random) -> Vec<f64> {
-    let grid = |x: f64| (x * 512.0).round() / 512.0;
+/// A ball joint with arms of about 0.3 m, off by about the violation; every number is a float. Positions are so many
+/// steps of a metre: at 512 they stay the same floats' difference when both are moved by 1e4 m.
+fn state(random: &mut Random, violation: f64, steps: f64) -> Vec<f64> {
+    let grid = |x: f64| (x * steps).round() / steps;
     let mut state = Vec::new();
     for _ in 0..2 {
         state.extend((0..3).map(|_| grid(random.uniform(-1.0, 1.0))));
@@ -28,7 +29,7 @@ fn state(random: &mut Random) -> Vec<f64> {
     let arm_b: Vec<f64> = (0..3).map(|_| random.uniform(-0.3, 0.3)).collect();
     let reach = rotate(&state[16..20], &arm_b);
     for k in 0..3 {
-        let violation = random.uniform(-0.01, 0.01);
+        let violation = random.uniform(-violation, violation);
         state[13 + k] = grid(state[k] + anchor[k] - reach[k] + violation);
     }
     state.extend(arm_a);
@@ -80,7 +81,7 @@ fn floats_do_not_care_how_far_the_origin_is() {
     let mut random = Random::new(11);
     let (mut near, mut far) = (0.0f64, 0.0f64);
     for _ in 0..1024 {
-        let state = state(&mut random);
+        let state = state(&mut random, 0.01, 512.0);
         near = near.max(error(function, &probe, &state));
         let mut moved = state.clone();
         for at in POSITIONS {
@@ -95,4 +96,62 @@ fn floats_do_not_care_how_far_the_origin_is() {
     eprintln!("near {near:.3e}, far {far:.3e}: {:.3} times", far / near);
     assert!(near > 1e-8, "the error near the origin is that of floats, not {near:e}");
     assert!(far <= 2.0 * near, "{far:e} at 1e4 m, {near:e} near the origin");
+}
+
+/// In mode `accurate` a joint that almost holds pulls with the right force: its violation is of the size of rounding,
+/// and what is left of it after that is noise in every other mode.
+#[test]
+fn joints_that_almost_hold_are_accurate() {
+    for (kernel, allowed) in [("point_to_point", 5e-7), ("distance", 5e-7), ("hinge", 5e-7)] {
+        let [balanced, accurate] = [Mode::Balanced, Mode::Accurate].map(|mode| almost_held(kernel, mode));
+        eprintln!("{kernel}: balanced {balanced:.2e}, accurate {accurate:.2e}");
+        assert!(balanced > 1e-2, "{kernel}: the test is about what rounding spoils, not {balanced:e}");
+        assert!(accurate < allowed, "{kernel}: {accurate:e}");
+    }
+}
+
+/// The largest error of a joint's force in floats, off by about 1e-6 m and at rest: damping would drown the violation.
+fn almost_held(kernel: &str, mode: Mode) -> f64 {
+    let file = library_with(Plan { mode, ..Plan::default() }, "joints");
+    let mut functions = file.compiled.functions.iter();
+    let function = functions.find(|function| function.definition.name == kernel);
+    let function = function.expect("the library has the joint");
+    let subject = Subject { source: &function.source, program: &function.program };
+    let probe = Probe::new(&subject);
+    let mut random = Random::new(12);
+    let mut worst = 0.0f64;
+    for _ in 0..256 {
+        let mut state = state(&mut random, 1e-6, 2f64.powi(30));
+        let rest = [7, 8, 9, 10, 11, 12, 20, 21, 22, 23, 24, 25];
+        rest.into_iter().for_each(|at| state[at] = 0.0);
+        let gains = state.split_off(32);
+        let orientations = [state[3..7].to_vec(), state[16..20].to_vec()];
+        match kernel {
+            // The anchors apart, the rod as long as that.
+            "distance" => {
+                let apart: Vec<f64> = (0..3).map(|_| random.uniform(0.2, 0.6)).collect();
+                (0..3).for_each(|k| state[13 + k] = f64::from((state[13 + k] + apart[k]) as f32));
+                let anchors = [(0, 26), (1, 29)].map(|(body, arm)| {
+                    let turned = rotate(&orientations[body], &state[arm..arm + 3]);
+                    (0..3).map(|k| state[13 * body + k] + turned[k]).collect::<Vec<f64>>()
+                });
+                let length = (0..3).map(|k| (anchors[1][k] - anchors[0][k]).powi(2)).sum::<f64>().sqrt();
+                state.push(length + random.uniform(-1e-6, 1e-6));
+            }
+            // The axis of a at right angles to two directions of b.
+            "hinge" => {
+                let inverse: Vec<f64> =
+                    orientations[0][..3].iter().map(|x| -x).chain([orientations[0][3]]).collect();
+                let own = |v: [f64; 3]| rotate(&orientations[1], &v);
+                let axis = rotate(&inverse, &own([1.0, 0.0, 0.0]));
+                state.extend(axis);
+                state.extend([0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+            }
+            _ => {}
+        }
+        state.extend(gains);
+        let state: Vec<f64> = state.into_iter().map(|x| f64::from(x as f32)).collect();
+        worst = worst.max(error(function, &probe, &state));
+    }
+    worst
 }

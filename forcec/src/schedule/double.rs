@@ -114,6 +114,15 @@ impl Lowering<'_> {
         };
         let scaled = match (coefficient.is_unit(), whole(coefficient)) {
             (true, _) => pair,
+            // A power of two loses nothing.
+            (_, Some((over, under))) if [&over, &under].iter().all(|n| is_power_of_two(n)) => {
+                let number = self.number(&coefficient.abs()).item;
+                let mut times = |edge: Edge| {
+                    let item = self.push(Item::Quotient(vec![number, edge.item], vec![]));
+                    Edge { item, ..edge }
+                };
+                Pair { high: times(pair.high), low: pair.low.map(times) }
+            }
             (_, Some((over, under))) => {
                 let over = Pair { high: self.number(&over), low: None };
                 let product =
@@ -226,6 +235,10 @@ impl Lowering<'_> {
         let low = self.push(Item::Quotient(vec![rest.item], vec![two.item, root.item]));
         Pair { high: root, low: Some(Edge::of(low)) }
     }
+}
+
+fn is_power_of_two(number: &Exact) -> bool {
+    number.to_i64().is_some_and(|n| n > 0 && n & (n - 1) == 0)
 }
 
 /// The size of a number as a quotient of two that every precision has, if it is one.
