@@ -5,8 +5,8 @@ use forcec::bodies::Slot;
 use forcec::compile::Stages;
 use forcec::verify::Subject;
 use forcec::verify::probe::Probe;
-use forcec::{Mode, Plan};
-use forcec_tests::{Random, library, library_with};
+use forcec::{Mode, Plan, Precision, Target, targets};
+use forcec_tests::{ForceFile, Random, driver, folder, library, library_with, pipe, run};
 
 /// Where `a.position` and `b.position` stand among the inputs of a kernel between two rigid bodies.
 const POSITIONS: [usize; 2] = [0, 13];
@@ -64,11 +64,12 @@ fn error(function: &Stages, probe: &Probe, inputs: &[f64]) -> f64 {
     let computed = function.kernel.schedule.evaluate::<f32>(&|slot| inputs[place(slot)] as f32);
     let computed = computed.expect("every output is written");
     let exact = probe.program(inputs);
-    let force = &exact[..signature.freedoms()];
-    let largest = force.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let errors = force.iter().zip(&computed.force).map(|(x, y)| (x - f64::from(*y)).abs());
-    errors.fold(0.0, f64::max) / largest
+    let force: Vec<f64> = computed.force.iter().map(|x| f64::from(*x)).collect();
+    apart(&exact[..signature.freedoms()], &force)
 }
+
+/// States at which joints almost hold.
+const HELD: usize = 256;
 
 #[test]
 fn floats_do_not_care_how_far_the_origin_is() {
@@ -120,7 +121,8 @@ fn almost_held(kernel: &str, mode: Mode) -> f64 {
     let probe = Probe::new(&subject);
     let mut random = Random::new(12);
     let mut worst = 0.0f64;
-    for _ in 0..256 {
+    let mut states = Vec::new();
+    for _ in 0..HELD {
         let mut state = state(&mut random, 1e-6, 2f64.powi(30));
         let rest = [7, 8, 9, 10, 11, 12, 20, 21, 22, 23, 24, 25];
         rest.into_iter().for_each(|at| state[at] = 0.0);
@@ -152,6 +154,36 @@ fn almost_held(kernel: &str, mode: Mode) -> f64 {
         state.extend(gains);
         let state: Vec<f64> = state.into_iter().map(|x| f64::from(x as f32)).collect();
         worst = worst.max(error(function, &probe, &state));
+        states.push(state);
+    }
+    // The same of C, however the compiler contracts.
+    if mode == Mode::Accurate {
+        worst = worst.max(in_c(&file, kernel, &probe, &states));
     }
     worst
+}
+
+/// The largest error of a kernel's force as the C compiler has it, in floats and contracted.
+fn in_c(file: &ForceFile, kernel: &str, probe: &Probe, states: &[Vec<f64>]) -> f64 {
+    let folder = folder(env!("CARGO_TARGET_TMPDIR"), &format!("held_{kernel}"));
+    let mut printable = file.printable(&[Precision::F32]);
+    printable.kernels.retain(|own| own.name == kernel);
+    for generated in targets::emit(&printable, Target::C) {
+        std::fs::write(folder.join(generated.name), generated.text).unwrap();
+    }
+    std::fs::write(folder.join("driver.c"), driver::c(&printable, HELD)).unwrap();
+    let flags = ["-std=gnu11", "-ffp-contract=fast", "-O3", "-march=native"];
+    run(&folder, "cc", &[&flags[..], &["driver.c", "joints.c", "-lm", "-o", "driver"]].concat());
+    let output = pipe(&folder.join("driver"), &states.concat());
+    let forces = output.chunks(output.len() / HELD);
+    forces
+        .zip(states)
+        .map(|(computed, state)| apart(&probe.program(state)[..12], computed))
+        .fold(0.0, f64::max)
+}
+
+/// How far a force is off, relative to its largest entry.
+fn apart(exact: &[f64], computed: &[f64]) -> f64 {
+    let largest = exact.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    exact.iter().zip(computed).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / largest
 }
