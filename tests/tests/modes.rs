@@ -1,5 +1,5 @@
 //! Kernels of every mode: they compile without a warning under every kind of contraction, and what they compute is what
-//! the mathematics of their source says; the text of a small one in each mode.
+//! their program says in 320 bits; the text of a small one in each mode.
 
 use forcec::kernel::{Precision, Target};
 use forcec::{Mode, Plan, targets};
@@ -55,7 +55,7 @@ fn kernels_of_every_mode_equal_their_mathematics() {
         for (dialect, flags) in FLAGS {
             let program = format!("driver_{dialect}");
             run(&folder, "cc", &[flags, &["driver.c", &source, "-lm", "-o", &program]].concat());
-            let misses = compare(&file, &folder.join(program), &PRECISIONS, Reference::Source);
+            let misses = compare(&file, &folder.join(program), &PRECISIONS, Reference::Program);
             found.extend(misses.into_iter().map(|(precision, mut miss)| {
                 miss.kernel = format!("{} {mode} {dialect}", miss.kernel);
                 (precision, miss)
@@ -80,7 +80,7 @@ fn rust_kernels_of_every_mode_equal_their_mathematics() {
         std::fs::write(folder.join("driver.rs"), driver::rust(&printable, STATES)).unwrap();
         let flags = ["--edition", "2024", "-O", "-C", "target-cpu=native"];
         run(&folder, "rustc", &[&flags[..], &["driver.rs", "-o", "driver"]].concat());
-        compare(&file, &folder.join("driver"), &PRECISIONS, Reference::Source)
+        compare(&file, &folder.join("driver"), &PRECISIONS, Reference::Program)
     });
     judge(&found.into_iter().flatten().collect::<Vec<_>>());
 }
