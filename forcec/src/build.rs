@@ -5,8 +5,10 @@
 
 use crate::Effort;
 use crate::diagnostic::Diagnostics;
+use crate::exact::Exact;
 use crate::files::{self, Output};
 use crate::kernel::{Precision, Target};
+use crate::specialize::Specialization;
 use std::path::{Path, PathBuf};
 
 /// Compiles force files from a build script.
@@ -30,6 +32,7 @@ pub struct Build {
     targets: Vec<Target>,
     precisions: Vec<Precision>,
     effort: Effort,
+    known: Specialization,
 }
 
 /// Why a build failed: every message, in order.
@@ -77,6 +80,21 @@ impl Build {
     /// The precision of the kernels; double unless told otherwise. May be repeated.
     pub fn real(mut self, precision: Precision) -> Build {
         self.precisions.push(precision);
+        self
+    }
+
+    /// A body that never moves. May be repeated.
+    pub fn fixed(mut self, body: impl Into<String>) -> Build {
+        self.known.fixed.push(body.into());
+        self
+    }
+
+    /// A parameter whose value is known, entry by entry. May be repeated.
+    ///
+    /// Panics if a number is not finite.
+    pub fn set(mut self, parameter: impl Into<String>, value: &[f64]) -> Build {
+        let exact = |x: &f64| Exact::from_f64(*x).expect("a finite number");
+        self.known.set.push((parameter.into(), value.iter().map(exact).collect()));
         self
     }
 
@@ -131,10 +149,12 @@ impl Build {
             },
         };
         let found = files::read_all(&self.inputs);
-        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, self.effort, &mut |_| {});
+        let (units, diagnostics) =
+            files::compile_all(found.sources, &|_| true, self.effort, &self.known, &mut |_| {});
         let mut others = found.errors;
         if diagnostics.is_empty() && others.is_empty() {
             others.extend(files::duplicates(&units));
+            others.extend(files::unknown(&units, &self.known));
         }
         if !diagnostics.is_empty() || !others.is_empty() {
             return Err(BuildError { diagnostics, others });

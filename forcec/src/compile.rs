@@ -11,6 +11,7 @@ use crate::optimize::{Effort, optimize};
 use crate::scalar::{Operations, Program};
 use crate::schedule::schedule;
 use crate::span::Source;
+use crate::specialize::{Specialization, remarks};
 use crate::{check, syntax};
 use std::time::{Duration, Instant};
 
@@ -52,35 +53,42 @@ pub fn compile(
     wanted: &dyn Fn(&str) -> bool,
     effort: Effort,
 ) -> Result<Compiled, Diagnostics> {
-    compile_file(&syntax::parse(source)?, wanted, effort)
+    compile_file(&syntax::parse(source)?, wanted, effort, &Specialization::default())
 }
 
-/// Compiles the force functions of a parsed file whose names are wanted.
+/// Compiles the force functions of a parsed file whose names are wanted, and of which something may be known.
 pub fn compile_file(
     file: &syntax::ast::File,
     wanted: &dyn Fn(&str) -> bool,
     effort: Effort,
+    known: &Specialization,
 ) -> Result<Compiled, Diagnostics> {
-    let checked = check::check(file)?;
+    let checked = check::check_knowing(file, known, wanted)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let functions = definitions.map(|definition| stages(file, definition, effort)).collect();
+    let functions = definitions.map(|definition| stages(file, definition, effort, known)).collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
-fn stages(file: &syntax::ast::File, definition: Definition, effort: Effort) -> Stages {
+fn stages(
+    file: &syntax::ast::File,
+    definition: Definition,
+    effort: Effort,
+    known: &Specialization,
+) -> Stages {
     let started = Instant::now();
     let optimized = optimize(derive(&definition), effort);
-    let schedule = schedule(&optimized.program);
+    let program = &optimized.program;
+    let schedule = if known.set.is_empty() { schedule(program) } else { schedule(&program.without_known()) };
     let time = started.elapsed();
     let kernel = Kernel {
-        name: definition.name.clone(),
+        name: format!("{}{}", definition.name, known.suffix(&definition.graph.signature)),
         docs: definition.docs.clone(),
         formulas: formulas(&definition),
         schedule,
     };
-    let source = check::elaborate(file, &definition.name);
+    let source = check::elaborate(file, &definition.name, known);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
     Stages { ast, definition, source, program: optimized.program, report: optimized.report, kernel, time }
 }
@@ -121,5 +129,6 @@ fn formulas(definition: &Definition) -> Vec<String> {
         lines.clear();
     }
     lines.extend((!law.is_empty()).then(|| law.to_owned()));
+    lines.extend(remarks(&graph.signature));
     lines
 }

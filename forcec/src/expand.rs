@@ -11,6 +11,7 @@ use crate::compile::{Stages, compile, compile_file};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::kernel::Precision;
 use crate::span::{Source, Span};
+use crate::specialize::Specialization;
 use crate::syntax::{self, ast};
 use crate::targets::rust::{kernel_module, module_name};
 use proc_macro2::{Delimiter, Group, Ident, Literal, Spacing, TokenStream, TokenTree};
@@ -294,8 +295,9 @@ fn compiled(
 ) -> TokenStream {
     let places = Places::new(tokens);
     let source = Source::new(reading.name, places.text.as_str());
-    let result = syntax::from_items(source, attributes, items, |span| places.of(span))
-        .and_then(|ast| Ok((compile_file(&ast, &|_| true, Effort::Default)?, ast)));
+    let result = syntax::from_items(source, attributes, items, |span| places.of(span)).and_then(|ast| {
+        Ok((compile_file(&ast, &|_| true, Effort::Default, &Specialization::default())?, ast))
+    });
     match result {
         Ok((compiled, _)) if compiled.functions.is_empty() => {
             let here = proc_macro2::Span::call_site();

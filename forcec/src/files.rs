@@ -4,11 +4,12 @@
 //! text, ready to be shown.
 
 use crate::Effort;
-use crate::compile::{Compiled, compile};
+use crate::compile::{Compiled, compile_file};
 use crate::diagnostic::Diagnostics;
 use crate::identifiers::defined_for;
 use crate::kernel::{File, Precision, Target};
 use crate::span::Source;
+use crate::specialize::Specialization;
 use crate::{syntax, targets};
 use std::collections::BTreeMap;
 use std::fs;
@@ -77,17 +78,24 @@ pub(crate) fn compile_all(
     sources: Vec<(PathBuf, Source)>,
     wanted: &dyn Fn(&str) -> bool,
     effort: Effort,
+    known: &Specialization,
     step: &mut dyn FnMut(&str),
 ) -> (Vec<Unit>, Vec<Diagnostics>) {
     let (mut units, mut errors) = (Vec::new(), Vec::new());
     for (path, source) in sources {
         step(&source.name);
-        match compile(&source, wanted, effort) {
+        match syntax::parse(&source).and_then(|file| compile_file(&file, wanted, effort, known)) {
             Ok(compiled) => units.push(Unit { path, compiled }),
             Err(diagnostics) => errors.push(diagnostics),
         }
     }
     (units, errors)
+}
+
+/// What is said to be known of force functions none of which has it.
+pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
+    let functions = units.iter().flat_map(|unit| &unit.compiled.functions);
+    known.unknown(&functions.map(|function| &function.definition.graph.signature).collect::<Vec<_>>())
 }
 
 /// The files that targets make of compiled ones, in the order of their paths.

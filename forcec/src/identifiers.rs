@@ -183,13 +183,18 @@ mod tests {
             name: (*name).to_owned(),
             ty: ParameterType::Real,
             domain: Domain::Any,
+            value: None,
         };
         let parameters = names.iter().map(field).collect();
         Arguments::new(&Signature { bodies: vec![], parameters }, target).parameters
     }
 
     fn bodies(names: &[&str], target: Target) -> Vec<String> {
-        let bodies = names.iter().map(|name| Body { name: (*name).to_owned(), kind: BodyKind::PARTICLE });
+        let bodies = names.iter().map(|name| Body {
+            name: (*name).to_owned(),
+            kind: BodyKind::PARTICLE,
+            fixed: false,
+        });
         Arguments::new(&Signature { bodies: bodies.collect(), parameters: vec![] }, target).bodies
     }
 

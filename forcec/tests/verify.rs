@@ -22,7 +22,8 @@ struct Sample {
 impl Sample {
     fn signature(&self) -> Signature {
         let names = ["a", "b", "c", "d"];
-        let body = |(name, kind): (&str, &BodyKind)| Body { name: name.to_owned(), kind: *kind };
+        let body =
+            |(name, kind): (&str, &BodyKind)| Body { name: name.to_owned(), kind: *kind, fixed: false };
         let parameter = |(name, ty, domain): &(&str, ParameterType, Domain)| Parameter {
             name: (*name).to_owned(),
             ty: ty.clone(),

@@ -164,9 +164,14 @@ fn edges_of_domains_are_where_the_table_says() {
 fn kernels() -> Vec<(Function, Kernel)> {
     let kernel = |function: Function| {
         let row = function.row();
-        let parameter = |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
+        let parameter = |k| Parameter {
+            name: format!("x{k}"),
+            ty: ParameterType::Real,
+            domain: Domain::Any,
+            value: None,
+        };
         let signature = Signature {
-            bodies: vec![Body { name: "p".to_owned(), kind: BodyKind::PARTICLE }],
+            bodies: vec![Body { name: "p".to_owned(), kind: BodyKind::PARTICLE, fixed: false }],
             parameters: (0..2).map(parameter).collect(),
         };
         let mut graph = Graph::default();

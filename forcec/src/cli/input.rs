@@ -3,6 +3,7 @@
 use super::{Failure, Input, Progress, colour, complain};
 use crate::diagnostic::Diagnostics;
 use crate::files::{self, Unit};
+use crate::specialize::Specialization;
 use crate::syntax;
 
 impl Input {
@@ -11,9 +12,10 @@ impl Input {
         let found = files::read_all(&self.paths);
         let mut errors = found.errors;
         let progress = Progress::new(found.sources.len());
+        let known = Specialization { fixed: self.fixed.clone(), set: self.set.clone() };
         let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|only| only == name);
         let (units, wrong) =
-            files::compile_all(found.sources, &wanted, self.effort, &mut |name| progress.step(name));
+            files::compile_all(found.sources, &wanted, self.effort, &known, &mut |name| progress.step(name));
         errors.extend(wrong.iter().map(|diagnostics| diagnostics.render(colour())));
         drop(progress);
         for unit in &units {
@@ -25,6 +27,7 @@ impl Input {
         if errors.is_empty() {
             errors.extend(files::duplicates(&units));
             errors.extend(self.unknown_names(&units));
+            errors.extend(files::unknown(&units, &known));
         }
         if errors.is_empty() { Ok(units) } else { Err(Failure::Input(errors.join("\n\n"))) }
     }

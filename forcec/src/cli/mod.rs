@@ -8,8 +8,10 @@ mod input;
 mod show;
 mod stats;
 
+use crate::exact::Exact;
 use crate::kernel::{Precision, Target};
 use crate::optimize::Effort;
+use crate::specialize::Specialization;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -68,6 +70,12 @@ struct Input {
     /// How long to look for fewer operations
     #[arg(long, value_parser = effort, default_value = "default", value_name = "quick|default|max")]
     effort: Effort,
+    /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
+    #[arg(long, value_name = "BODY")]
+    fixed: Vec<String>,
+    /// A parameter whose value is known, as in `damping=0` or `arm_b=[0,0,0.5]`; may be repeated
+    #[arg(long, value_parser = Specialization::parse_value, value_name = "NAME=VALUE")]
+    set: Vec<(String, Vec<Exact>)>,
 }
 
 /// The effort of this name.

@@ -2,9 +2,11 @@
 
 use super::{Failure, Input, Outcome, print};
 use crate::derive::derive;
+use crate::exact::Exact;
 use crate::formula::Dialect;
 use crate::kernel::{Precision, Target};
 use crate::optimize::Effort;
+use crate::specialize::Specialization;
 use crate::targets::emit;
 use crate::text;
 use std::path::PathBuf;
@@ -41,6 +43,12 @@ pub(super) struct Show {
     /// How long to look for fewer operations
     #[arg(long, value_parser = super::effort, default_value = "default", value_name = "quick|default|max")]
     effort: Effort,
+    /// A body that never moves; may be repeated
+    #[arg(long, value_name = "BODY")]
+    fixed: Vec<String>,
+    /// A parameter whose value is known, as in `damping=0`; may be repeated
+    #[arg(long, value_parser = Specialization::parse_value, value_name = "NAME=VALUE")]
+    set: Vec<(String, Vec<Exact>)>,
     /// With `--stage optimized`: operations after every pass instead of the values
     #[arg(long)]
     explain: bool,
@@ -48,7 +56,13 @@ pub(super) struct Show {
 
 impl Show {
     pub(super) fn run(self) -> Outcome {
-        let input = Input { paths: vec![self.path], only: vec![self.name.clone()], effort: self.effort };
+        let input = Input {
+            paths: vec![self.path],
+            only: vec![self.name.clone()],
+            effort: self.effort,
+            fixed: self.fixed,
+            set: self.set,
+        };
         let units = input.compile()?;
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;

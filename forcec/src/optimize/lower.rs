@@ -146,12 +146,12 @@ impl Lowering {
     fn lower_node(&mut self, index: u32) -> Lowered {
         let node = self.lie.graph.node(index as usize).clone();
         match node {
-            Node::Triple(slot) => Lowered::Vector(
-                [0, 1, 2].map(|k| self.scalar.input(Slot { offset: slot.offset + k, ..slot })),
-            ),
+            Node::Triple(slot) => {
+                Lowered::Vector([0, 1, 2].map(|k| self.input(Slot { offset: slot.offset + k, ..slot })))
+            }
             Node::Difference(first, second) => Lowered::Vector([0, 1, 2].map(|k| {
                 let entry = |slot: Slot| Slot { offset: slot.offset + k, ..slot };
-                self.scalar.difference(entry(first), entry(second))
+                self.difference(entry(first), entry(second))
             })),
             Node::VectorSum(terms) => {
                 let parts: Vec<(Exact, [Id; 3])> =
@@ -188,10 +188,37 @@ impl Lowering {
         }
     }
 
+    /// An entry of an argument, or the number it is known to be.
+    fn input(&mut self, slot: Slot) -> Id {
+        match self.lie.graph.signature.known(slot) {
+            Some(value) => self.scalar.constant(value),
+            None => self.scalar.input(slot),
+        }
+    }
+
+    /// The pinned difference of two entries; with a number it is a sum of its own, which its name keeps together.
+    fn difference(&mut self, first: Slot, second: Slot) -> Id {
+        let signature = &self.lie.graph.signature;
+        if signature.known(first).is_none() && signature.known(second).is_none() {
+            return self.scalar.difference(first, second);
+        }
+        if signature.known(first).is_some() {
+            let opposite = self.difference(second, first);
+            return self.scalar.neg(opposite);
+        }
+        let [from, to] = [first, second].map(|slot| signature.slot_name(slot));
+        let to = to.split('.').next().unwrap_or_default();
+        let name = from.replace(".position.", &format!("_minus_{to}_"));
+        let (first, second) = (self.input(first), self.input(second));
+        let difference = self.scalar.sub(first, second);
+        self.scalar.set_name(difference, &name.replace(['.', '[', ']'], "_"));
+        difference
+    }
+
     fn lower_real(&mut self, node: &Node) -> Id {
         match node {
             Node::Constant(value) => self.scalar.constant(value.clone()),
-            Node::Entry(slot) => self.scalar.input(*slot),
+            Node::Entry(slot) => self.input(*slot),
             Node::Sum(constant, terms) => {
                 let terms = terms.iter().map(|(c, x)| (c.clone(), self.id(x.0))).collect();
                 self.scalar.sum(constant.clone(), terms)
@@ -262,8 +289,7 @@ impl Lowering {
     fn turn(&mut self, turn: &[(Slot, bool)]) -> [Id; 4] {
         let mut product: Option<([Id; 3], Id)> = None;
         for (slot, inverse) in turn {
-            let [x, y, z, s] =
-                [0, 1, 2, 3].map(|k| self.scalar.input(Slot { offset: slot.offset + k, ..*slot }));
+            let [x, y, z, s] = [0, 1, 2, 3].map(|k| self.input(Slot { offset: slot.offset + k, ..*slot }));
             let v = if *inverse { [x, y, z].map(|entry| self.scalar.neg(entry)) } else { [x, y, z] };
             product = Some(match product {
                 None => (v, s),
@@ -286,7 +312,7 @@ impl Lowering {
     /// v + 2w (u×v) + 2u×(u×v), or with −u for the inverse.
     fn rotate(&mut self, quaternion: Slot, inverse: bool, v: [Id; 3]) -> [Id; 3] {
         let [x, y, z, w] =
-            [0, 1, 2, 3].map(|k| self.scalar.input(Slot { offset: quaternion.offset + k, ..quaternion }));
+            [0, 1, 2, 3].map(|k| self.input(Slot { offset: quaternion.offset + k, ..quaternion }));
         let u = [x, y, z];
         let two = Exact::from(2);
         let double = u.map(|entry| self.scalar.scaled(two.clone(), entry));

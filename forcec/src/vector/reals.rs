@@ -45,8 +45,13 @@ impl Graph {
         self.value(real).is_some_and(Exact::is_zero)
     }
 
-    /// An entry of an argument.
+    /// An entry of an argument, or the number it is known to be.
     pub fn entry(&mut self, slot: Slot) -> Real {
+        if self.simplify
+            && let Some(value) = self.signature.known(slot)
+        {
+            return self.constant(value);
+        }
         self.real(Node::Entry(slot))
     }
 

@@ -9,9 +9,20 @@ use crate::exact::{Exact, collect};
 use std::collections::BTreeMap;
 
 impl Graph {
-    /// Three consecutive entries of an argument.
+    /// Three consecutive entries of an argument. What is known of them is put in where they are lowered, so that points
+    /// stay points; but for zeros, which vanish.
     pub fn triple(&mut self, slot: Slot) -> Vector {
+        if self.is_known_zero(slot) {
+            return self.zero_vector();
+        }
         self.vector(Node::Triple(slot))
+    }
+
+    /// Whether three entries are known to be zero.
+    fn is_known_zero(&self, slot: Slot) -> bool {
+        let zero =
+            |offset: u32| self.signature.known(Slot { offset, ..slot }).is_some_and(|value| value.is_zero());
+        self.simplify && (slot.offset..slot.offset + 3).all(zero)
     }
 
     /// The zero vector.
@@ -152,6 +163,10 @@ impl Graph {
 
     /// The difference of two positions, or two velocities, as its own node.
     pub fn difference(&mut self, first: Slot, second: Slot) -> Vector {
+        if self.is_known_zero(first) || self.is_known_zero(second) {
+            let (first, second) = (self.triple(first), self.triple(second));
+            return self.vector_sub(first, second);
+        }
         self.vector(Node::Difference(first, second))
     }
 

@@ -113,7 +113,8 @@ impl<'d> Oracle<'d> {
             }
             Law::Energy(energy) => (vec![Output::Real(energy.index())], Statement::Energy),
             Law::Force(forces) => {
-                let blocks = forces.iter().flat_map(|f| std::iter::once(f.force).chain(f.torque));
+                let moving = layout.signature.moving().map(|(body, _)| &forces[body]);
+                let blocks = moving.flat_map(|f| std::iter::once(f.force).chain(f.torque));
                 (blocks.map(|v| Output::Vector(v.index())).collect(), Statement::Force)
             }
         };

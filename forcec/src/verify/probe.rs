@@ -150,7 +150,8 @@ pub struct Partial {
 pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     const STEP: i32 = 100;
     let row = function.row();
-    let parameter = |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
+    let parameter =
+        |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any, value: None };
     let signature = Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect() };
     let layout = Layout::new(&signature);
     let mut graph = Graph::new(signature.clone());

@@ -7,11 +7,11 @@ use forcec::scalar::{Graph, Id, Program};
 use forcec::vector::Comparison;
 
 fn body(name: &str, kind: BodyKind) -> Body {
-    Body { name: name.to_owned(), kind }
+    Body { name: name.to_owned(), kind, fixed: false }
 }
 
 fn parameter(name: &str, ty: ParameterType) -> Parameter {
-    Parameter { name: name.to_owned(), ty, domain: Domain::Any }
+    Parameter { name: name.to_owned(), ty, domain: Domain::Any, value: None }
 }
 
 fn program(signature: Signature, graph: Graph, zero: Id) -> Program {
