@@ -226,17 +226,21 @@ impl Signature {
         }
     }
 
-    /// The signature without the parameters whose value is known, and where each argument stands in it.
-    pub fn without_known(&self) -> (Signature, Vec<u16>) {
-        let mut places = Vec::new();
-        let mut next = 0;
-        let open = |parameter: &Parameter| parameter.value.is_none();
-        for stays in self.bodies.iter().map(|_| true).chain(self.parameters.iter().map(open)) {
-            places.push(next);
-            next += u16::from(stays);
-        }
-        let parameters = self.parameters.iter().filter(|parameter| open(parameter)).cloned().collect();
-        (Signature { bodies: self.bodies.clone(), parameters }, places)
+    /// The number an entry is put in for at once: 0, ±1, ±2 or ±½. Other known values stand under their name: they would
+    /// only turn up in more coefficients, and each of these would be multiplied for itself.
+    pub fn folded(&self, slot: Slot) -> Option<Exact> {
+        let simple = [(0, 1), (1, 1), (2, 1), (1, 2)].map(|(over, under)| Exact::ratio(over, under));
+        self.known(slot).filter(|value| simple.contains(&value.abs()))
+    }
+
+    /// The parameters that are arguments, with their positions: those whose value is not known.
+    pub fn given(&self) -> impl Iterator<Item = (usize, &Parameter)> {
+        self.parameters.iter().enumerate().filter(|(_, parameter)| parameter.value.is_none())
+    }
+
+    /// Whether a kernel has parameters as an argument.
+    pub fn has_given(&self) -> bool {
+        self.given().next().is_some()
     }
 
     /// The role of a slot's field; `None` for a parameter.

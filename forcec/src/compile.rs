@@ -79,8 +79,7 @@ fn stages(
 ) -> Stages {
     let started = Instant::now();
     let optimized = optimize(derive(&definition), effort);
-    let program = &optimized.program;
-    let schedule = if known.set.is_empty() { schedule(program) } else { schedule(&program.without_known()) };
+    let schedule = schedule(&optimized.program);
     let time = started.elapsed();
     let kernel = Kernel {
         name: format!("{}{}", definition.name, known.suffix(&definition.graph.signature)),

@@ -493,29 +493,6 @@ impl Program {
         }
     }
 
-    /// The same without the parameters whose value is known, which no node reads: what a kernel is given.
-    pub fn without_known(&self) -> Program {
-        let (signature, places) = self.signature.without_known();
-        let place = |slot: &mut Slot| slot.argument = places[slot.argument as usize];
-        let mut program = self.clone();
-        program.signature = signature;
-        program.graph.nodes = self
-            .graph
-            .nodes
-            .iter()
-            .cloned()
-            .map(|mut node| {
-                match &mut node {
-                    Node::Input(slot) => place(slot),
-                    Node::Difference(first, second) => [first, second].into_iter().for_each(place),
-                    _ => {}
-                }
-                node
-            })
-            .collect();
-        program
-    }
-
     /// Replaces every output.
     pub fn map_outputs(&mut self, mut map: impl FnMut(Id) -> Id) {
         let dfdx = self.dfdx.iter_mut().flatten();

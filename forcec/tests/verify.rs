@@ -28,6 +28,7 @@ impl Sample {
             name: (*name).to_owned(),
             ty: ty.clone(),
             domain: *domain,
+            value: None,
         };
         Signature {
             bodies: names.into_iter().zip(&self.bodies).map(body).collect(),

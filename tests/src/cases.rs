@@ -4,6 +4,7 @@
 //! identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit arithmetic.
 
 use crate::{ForceFile, Random, pipe};
+use forcec::bodies::Signature;
 use forcec::compile::Stages;
 use forcec::kernel::Precision;
 use forcec::verify::probe::Probe;
@@ -190,8 +191,9 @@ pub fn compare(
             all.push((function, precision, cases(function, precision, reference)));
         }
     }
-    let cases = all.iter().flat_map(|(_, _, cases)| cases);
-    let input: Vec<f64> = cases.flat_map(|case| case.inputs.iter().copied()).collect();
+    let calls = all.iter().flat_map(|(function, _, cases)| cases.iter().map(move |case| (function, case)));
+    let input: Vec<f64> =
+        calls.flat_map(|(function, case)| given(&function.program.signature, &case.inputs)).collect();
     let output = pipe(program, &input);
     let mut output = output.as_slice();
     let mut found = Vec::new();
@@ -204,6 +206,19 @@ pub fn compare(
     }
     assert!(output.is_empty(), "{}: the driver writes what was asked for", file.stem);
     found
+}
+
+/// The inputs that a kernel is given: all but the parameters whose value it knows.
+fn given(signature: &Signature, inputs: &[f64]) -> Vec<f64> {
+    let fields = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
+    let (bodies, mut rest) = inputs.split_at(fields.map(|field| field.length as usize).sum());
+    let mut given = bodies.to_vec();
+    for parameter in &signature.parameters {
+        let (entries, others) = rest.split_at(parameter.ty.length() as usize);
+        given.extend(entries.iter().filter(|_| parameter.value.is_none()));
+        rest = others;
+    }
+    given
 }
 
 /// The largest change of some outputs when every input that is not zero moves to a number next to it, up or down at random:

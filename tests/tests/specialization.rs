@@ -117,7 +117,7 @@ fn what_is_known_is_no_argument() {
     let compiled = compile_file(&tree, &|_| true, Effort::Quick, &known).unwrap();
     let kernel = &compiled.functions[0].kernel;
     assert_eq!(kernel.name, "rope_fixed_q_set_at_damping");
-    let parameters = kernel.schedule.signature.parameters.iter().map(|parameter| parameter.name.as_str());
+    let parameters = kernel.schedule.signature.given().map(|(_, parameter)| parameter.name.as_str());
     assert_eq!(parameters.collect::<Vec<_>>(), ["length", "stiffness"]);
     assert_eq!(kernel.schedule.signature.freedoms(), 3);
 }

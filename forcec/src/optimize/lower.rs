@@ -188,31 +188,22 @@ impl Lowering {
         }
     }
 
-    /// An entry of an argument, or the number it is known to be.
+    /// An entry of an argument, or the number that stands for it.
     fn input(&mut self, slot: Slot) -> Id {
-        match self.lie.graph.signature.known(slot) {
+        match self.lie.graph.signature.folded(slot) {
             Some(value) => self.scalar.constant(value),
             None => self.scalar.input(slot),
         }
     }
 
-    /// The pinned difference of two entries; with a number it is a sum of its own, which its name keeps together.
+    /// The pinned difference of two entries; from zero there is nothing to pin.
     fn difference(&mut self, first: Slot, second: Slot) -> Id {
-        let signature = &self.lie.graph.signature;
-        if signature.known(first).is_none() && signature.known(second).is_none() {
-            return self.scalar.difference(first, second);
+        let zero = |slot: &Slot| self.lie.graph.signature.known(*slot).is_some_and(|value| value.is_zero());
+        if [first, second].iter().any(zero) {
+            let (first, second) = (self.input(first), self.input(second));
+            return self.scalar.sub(first, second);
         }
-        if signature.known(first).is_some() {
-            let opposite = self.difference(second, first);
-            return self.scalar.neg(opposite);
-        }
-        let [from, to] = [first, second].map(|slot| signature.slot_name(slot));
-        let to = to.split('.').next().unwrap_or_default();
-        let name = from.replace(".position.", &format!("_minus_{to}_"));
-        let (first, second) = (self.input(first), self.input(second));
-        let difference = self.scalar.sub(first, second);
-        self.scalar.set_name(difference, &name.replace(['.', '[', ']'], "_"));
-        difference
+        self.scalar.difference(first, second)
     }
 
     fn lower_real(&mut self, node: &Node) -> Id {

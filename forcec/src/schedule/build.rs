@@ -66,7 +66,10 @@ fn own_line(signature: &Signature, items: &Items) -> Vec<bool> {
     for (index, item) in items.items.iter().enumerate() {
         match item {
             Item::Select(..) | Item::Difference(..) => own[index] = true,
-            Item::Input(slot) => own[index] |= cut::input_width(signature, *slot) > cut::LONG_INPUT,
+            Item::Input(slot) => {
+                let long = cut::input_width(signature, *slot) > cut::LONG_INPUT;
+                own[index] |= long || signature.known(*slot).is_some();
+            }
             // No logic within logic: every language and every linter reads that alike.
             Item::And(a, b) | Item::Or(a, b) => [*a, *b].into_iter().for_each(|x| own[x as usize] = true),
             Item::Not(a) => own[*a as usize] = true,

@@ -226,7 +226,10 @@ impl Dialect for Plain<'_> {
     }
 
     fn input(&self, slot: Slot) -> String {
-        self.0.slot_name(slot)
+        match self.0.known(slot) {
+            Some(value) => self.literal(&value),
+            None => self.0.slot_name(slot),
+        }
     }
 
     fn function(&self, function: Function) -> String {

@@ -127,11 +127,11 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
     let real = real(precision);
     let signature = &kernel.schedule.signature;
     let mut text = String::new();
-    if !signature.parameters.is_empty() {
+    if signature.has_given() {
         text.push_str("typedef struct {\n");
         let names = Arguments::new(signature, Target::C).parameters;
-        for (parameter, name) in signature.parameters.iter().zip(names) {
-            let field = format!("{name}{}", extents(&parameter.ty));
+        for (index, parameter) in signature.given() {
+            let field = format!("{}{}", names[index], extents(&parameter.ty));
             text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
         }
         text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
@@ -158,7 +158,7 @@ fn prototype(kernel: &Kernel, precision: Precision) -> String {
     for (body, name) in signature.bodies.iter().zip(Arguments::new(signature, Target::C).bodies) {
         arguments.push(format!("const {}_{precision} *{name}", body.kind.row().c_name));
     }
-    if !signature.parameters.is_empty() {
+    if signature.has_given() {
         arguments.push(format!("const {} *params", named(kernel, "_params", precision)));
     }
     arguments.push(format!("{} *out", named(kernel, "_out", precision)));
@@ -211,7 +211,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
             text.push_str(&format!("    (void){name};\n"));
         }
     }
-    if !parameters && !schedule.signature.parameters.is_empty() {
+    if !parameters && schedule.signature.has_given() {
         text.push_str("    (void)params;\n");
     }
     text.push_str(&body(&dialect, schedule, "    "));
@@ -310,7 +310,10 @@ impl Dialect for C<'_> {
     }
 
     fn input(&self, slot: Slot) -> String {
-        slot_path(self.signature, &self.names, slot, "->")
+        match self.signature.known(slot) {
+            Some(value) => self.literal(&value),
+            None => slot_path(self.signature, &self.names, slot, "->"),
+        }
     }
 
     fn function(&self, function: Function) -> String {

@@ -111,7 +111,7 @@ fn reads(schedule: &Schedule) -> (Vec<bool>, bool) {
             if let Expression::Input(slot) = expression {
                 match bodies.get_mut(slot.argument as usize) {
                     Some(read) => *read = true,
-                    None => parameters = true,
+                    None => parameters |= schedule.signature.known(*slot).is_none(),
                 }
             }
             pending.extend(expression.children());

@@ -63,13 +63,12 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text.push_str(&format!("pub mod {} {{\n", module_name(kernel, precision)));
     text.push_str(&imports(signature, precision));
     text.push_str(&constants(kernel));
-    if !signature.parameters.is_empty() {
+    if signature.has_given() {
         let names = Arguments::new(signature, Target::Rust).parameters;
-        let fields =
-            signature.parameters.iter().zip(names).map(|(parameter, name)| {
-                (name, array(&parameter.ty, precision), parameter_summary(parameter))
-            });
-        let short = signature.parameters.iter().all(|p| p.ty.extents().iter().all(|&n| n <= 32));
+        let fields = signature.given().map(|(index, parameter)| {
+            (names[index].clone(), array(&parameter.ty, precision), parameter_summary(parameter))
+        });
+        let short = signature.given().all(|(_, p)| p.ty.extents().iter().all(|&n| n <= 32));
         text.push('\n');
         text.push_str(&structure(
             "Params",
@@ -117,7 +116,7 @@ fn constants(kernel: &Kernel) -> String {
     let [dfdx, dfdv] =
         nonzero.map(|(_, rows)| rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned()));
     let bodies = signature.bodies.iter().map(|body| body.name.clone());
-    let parameters = signature.parameters.iter().map(|parameter| parameter.name.clone());
+    let parameters = signature.given().map(|(_, parameter)| parameter.name.clone());
     let mut text = String::new();
     let mut constant = |summary: &str, declared: &str, value: &str| {
         let line = format!("    pub const {declared} = {value};");
@@ -262,7 +261,7 @@ fn evaluate_head(kernel: &Kernel) -> String {
     for ((body, name), read) in signature.bodies.iter().zip(names).zip(bodies) {
         arguments.push(format!("{}{name}: &{}", unused(read), body.kind.row().name));
     }
-    if !signature.parameters.is_empty() {
+    if signature.has_given() {
         arguments.push(format!("{}params: &Params", unused(parameters)));
     }
     arguments.push("out: &mut Output".to_owned());
@@ -416,7 +415,10 @@ impl Dialect for Rust<'_> {
     }
 
     fn input(&self, slot: Slot) -> String {
-        slot_path(self.signature, &self.names, slot, ".")
+        match self.signature.known(slot) {
+            Some(value) => self.literal(&value),
+            None => slot_path(self.signature, &self.names, slot, "."),
+        }
     }
 
     fn function(&self, function: Function) -> String {

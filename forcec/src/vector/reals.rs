@@ -45,10 +45,10 @@ impl Graph {
         self.value(real).is_some_and(Exact::is_zero)
     }
 
-    /// An entry of an argument, or the number it is known to be.
+    /// An entry of an argument, or the number that stands for it.
     pub fn entry(&mut self, slot: Slot) -> Real {
         if self.simplify
-            && let Some(value) = self.signature.known(slot)
+            && let Some(value) = self.signature.folded(slot)
         {
             return self.constant(value);
         }

@@ -9,8 +9,8 @@ use crate::exact::{Exact, collect};
 use std::collections::BTreeMap;
 
 impl Graph {
-    /// Three consecutive entries of an argument. What is known of them is put in where they are lowered, so that points
-    /// stay points; but for zeros, which vanish.
+    /// Three consecutive entries of an argument. Numbers that stand for them are put in where they are lowered, so that
+    /// points stay points; but for zeros, which vanish.
     pub fn triple(&mut self, slot: Slot) -> Vector {
         if self.is_known_zero(slot) {
             return self.zero_vector();
