@@ -92,10 +92,22 @@ pub(crate) fn compile_all(
     (units, errors)
 }
 
-/// What is said to be known of force functions none of which has it.
+/// A message for every body or parameter that is said to be known and that no force function has.
 pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
-    let functions = units.iter().flat_map(|unit| &unit.compiled.functions);
-    known.unknown(&functions.map(|function| &function.definition.graph.signature).collect::<Vec<_>>())
+    let functions = || units.iter().flat_map(|unit| &unit.compiled.functions);
+    let signatures = || functions().map(|function| &function.definition.graph.signature);
+    let bodies: Vec<&str> = signatures().flat_map(|s| &s.bodies).map(|body| body.name.as_str()).collect();
+    let parameters: Vec<&str> = signatures().flat_map(|s| &s.parameters).map(|p| p.name.as_str()).collect();
+    let fixed = known.fixed.iter().map(|name| ("body", name, &bodies));
+    let wanted = fixed.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
+    let unknown = wanted.filter(|(_, name, names)| !names.contains(&name.as_str()));
+    unknown
+        .map(|(what, name, names)| {
+            let help = syntax::suggest::did_you_mean(name, names.iter().copied());
+            let help = help.map_or_else(String::new, |help| format!("\n  = help: {help}"));
+            format!("error: no force function has a {what} `{name}`{help}")
+        })
+        .collect()
 }
 
 /// The files that targets make of compiled ones, in the order of their paths.

@@ -5,7 +5,6 @@
 
 use crate::bodies::{Body, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
-use crate::syntax::suggest::did_you_mean;
 
 /// Bodies and parameters that are known while compiling.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,24 +65,6 @@ impl Specialization {
             names.into_iter().for_each(|name| suffix.push_str(&format!("_{name}")));
         }
         suffix
-    }
-
-    /// A message for every name that none of these signatures has.
-    pub(crate) fn unknown(&self, signatures: &[&Signature]) -> Vec<String> {
-        let bodies: Vec<&str> =
-            signatures.iter().flat_map(|s| s.bodies.iter().map(|body| body.name.as_str())).collect();
-        let parameters: Vec<&str> =
-            signatures.iter().flat_map(|s| s.parameters.iter().map(|p| p.name.as_str())).collect();
-        let wanted = self.fixed.iter().map(|name| ("body", name, &bodies));
-        let wanted = wanted.chain(self.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
-        let unknown = wanted.filter(|(_, name, known)| !known.contains(&name.as_str()));
-        unknown
-            .map(|(what, name, known)| {
-                let help = did_you_mean(name, known.iter().copied());
-                let help = help.map_or_else(String::new, |help| format!("\n  = help: {help}"));
-                format!("error: no force function has a {what} `{name}`{help}")
-            })
-            .collect()
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 14] = [
+const VOCABULARY: [&str; 15] = [
     "bodies",
     "definition",
     "diagnostic",
@@ -17,6 +17,7 @@ const VOCABULARY: [&str; 14] = [
     "scalar",
     "span",
     "special",
+    "specialize",
     "vector",
     "verify",
 ];
