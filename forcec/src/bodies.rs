@@ -181,6 +181,8 @@ pub struct Signature {
     pub bodies: Vec<Body>,
     /// The parameters.
     pub parameters: Vec<Parameter>,
+    /// Rows of C; one for an energy, none for a force.
+    pub rows: usize,
 }
 
 /// One real entry of an argument: an argument, a field of it, and a flat offset in memory order.

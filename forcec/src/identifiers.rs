@@ -186,7 +186,7 @@ mod tests {
             value: None,
         };
         let parameters = names.iter().map(field).collect();
-        Arguments::new(&Signature { bodies: vec![], parameters }, target).parameters
+        Arguments::new(&Signature { bodies: vec![], parameters, rows: 0 }, target).parameters
     }
 
     fn bodies(names: &[&str], target: Target) -> Vec<String> {
@@ -195,7 +195,7 @@ mod tests {
             kind: BodyKind::PARTICLE,
             fixed: false,
         });
-        Arguments::new(&Signature { bodies: bodies.collect(), parameters: vec![] }, target).bodies
+        Arguments::new(&Signature { bodies: bodies.collect(), parameters: vec![], rows: 0 }, target).bodies
     }
 
     #[test]

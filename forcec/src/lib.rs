@@ -25,6 +25,7 @@ pub mod library;
 pub mod number;
 pub mod ops;
 pub mod optimize;
+pub mod outputs;
 pub mod scalar;
 pub mod schedule;
 pub mod span;

@@ -8,6 +8,7 @@
 use crate::bodies::{Signature, Slot};
 use crate::exact::{self, Exact};
 use crate::ops::{Cost, Function};
+use crate::outputs::{Array, Part};
 use crate::vector::Comparison;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
@@ -468,18 +469,19 @@ pub struct Program {
     pub signature: Signature,
     /// The nodes.
     pub graph: Graph,
-    /// F, N entries.
-    pub force: Vec<Id>,
-    /// ∂F/∂X, N rows of N.
-    pub dfdx: Vec<Vec<Id>>,
-    /// ∂F/∂V, N rows of N.
-    pub dfdv: Vec<Vec<Id>>,
+    /// The results, in the order they are stored.
+    pub arrays: Vec<Array<Id>>,
 }
 
 impl Program {
-    /// All outputs in the order they are stored: F, ∂F/∂X and ∂F/∂V row by row.
+    /// All outputs in the order they are stored: every result row by row.
     pub fn outputs(&self) -> impl Iterator<Item = Id> + '_ {
-        self.force.iter().chain(self.dfdx.iter().flatten()).chain(self.dfdv.iter().flatten()).copied()
+        self.arrays.iter().flat_map(|array| &array.entries).copied()
+    }
+
+    /// The entries of a result, row by row; none if it is not computed.
+    pub fn part(&self, part: Part) -> &[Id] {
+        self.arrays.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
     }
 
     /// The same outputs over no nodes yet.
@@ -487,16 +489,13 @@ impl Program {
         Program {
             signature: self.signature.clone(),
             graph: Graph::default(),
-            force: self.force.clone(),
-            dfdx: self.dfdx.clone(),
-            dfdv: self.dfdv.clone(),
+            arrays: self.arrays.clone(),
         }
     }
 
     /// Replaces every output.
     pub fn map_outputs(&mut self, mut map: impl FnMut(Id) -> Id) {
-        let dfdx = self.dfdx.iter_mut().flatten();
-        for output in self.force.iter_mut().chain(dfdx).chain(self.dfdv.iter_mut().flatten()) {
+        for output in self.arrays.iter_mut().flat_map(|array| &mut array.entries) {
             *output = map(*output);
         }
     }

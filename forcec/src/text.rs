@@ -234,15 +234,9 @@ impl fmt::Display for Program {
                 None => writeln!(f, "{id} = {text}")?,
             }
         }
-        let names = self.signature.coordinate_names();
-        for (name, id) in names.iter().zip(&self.force) {
-            writeln!(f, "force[{name}] = {id}")?;
-        }
-        for (array, rows) in [("dfdx", &self.dfdx), ("dfdv", &self.dfdv)] {
-            for (row, entries) in names.iter().zip(rows) {
-                for (column, id) in names.iter().zip(entries).filter(|(_, id)| !self.graph.is_zero(**id)) {
-                    writeln!(f, "{array}[{row}][{column}] = {id}")?;
-                }
+        for (output, id) in self.arrays.iter().flat_map(Array::outputs) {
+            if output.part.is_list() || !self.graph.is_zero(*id) {
+                writeln!(f, "{} = {id}", output.named(&self.signature))?;
             }
         }
         Ok(())

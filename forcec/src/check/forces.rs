@@ -62,8 +62,9 @@ pub(crate) fn define(
         diagnostics.extend(risks::warnings(&graph, &ranges, &elaborator.risks));
     }
     let law = law(function, &value);
-    if let Law::Constraint { rows, per_row, .. } = &law {
-        let count: usize = rows.iter().map(|row| row.count()).sum();
+    graph.signature.rows = law.rows();
+    if let Law::Constraint { per_row, .. } = &law {
+        let count = law.rows();
         for name in ADDED {
             let real = ParameterType::Real;
             let ty = if *per_row { ParameterType::Array(count as u32, Box::new(real)) } else { real };

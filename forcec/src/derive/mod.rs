@@ -15,6 +15,7 @@ pub mod rate;
 use crate::bodies::{Block, Role, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::exact::Exact;
+use crate::outputs::{Axis, Part};
 use crate::vector::{Graph, Node, Real, Vector};
 use gradient::gradient;
 use lie::{Lie, Variable};
@@ -38,12 +39,12 @@ pub struct Derived {
     pub symmetric: bool,
     /// The variable whose adjoint a force is.
     pub pieces: BTreeMap<Vector, Variable>,
-    /// The rows of C with their rates; empty for energies and forces.
+    /// The rows of C with their rates; of an energy itself, if that is wanted; empty for forces.
     pub rows: Vec<(Real, Real)>,
 }
 
-/// Derives forces from a definition.
-pub fn derive(definition: &Definition) -> Derived {
+/// Derives forces from a definition, and what else is wanted.
+pub fn derive(definition: &Definition, wanted: &[Part]) -> Derived {
     let mut graph = definition.graph.clone();
     graph.assume_unit_quaternions();
     let bodies = graph.signature.clone();
@@ -103,6 +104,10 @@ pub fn derive(definition: &Definition) -> Derived {
         Law::Energy(energy) => {
             let opposite = graph.constant(-Exact::ONE);
             reals.push((*energy, opposite));
+            if wanted.iter().any(|part| part.row().rows == Axis::Row) {
+                let rate = Rates::new(&mut graph).real(*energy);
+                rows.push((*energy, rate));
+            }
             symmetric = bodies.pose_blocks().iter().all(|block| block.role == Role::Position);
         }
         Law::Force(forces) => {

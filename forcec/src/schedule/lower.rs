@@ -9,7 +9,7 @@ use crate::bodies::Slot;
 use crate::exact::Exact;
 use crate::ops::{Cost, Function};
 use crate::scalar::{Id, Node, Program};
-use crate::schedule::{Output, Part};
+use crate::outputs::{Array, Output};
 use crate::vector::Comparison;
 use rustc_hash::FxHashMap;
 
@@ -102,8 +102,8 @@ pub(super) fn lower(program: &Program) -> Items {
         }
     }
     let mut outputs = Vec::new();
-    for (output, id) in positions(program) {
-        outputs.push((output, lowering.edge(id)));
+    for (output, id) in program.arrays.iter().flat_map(Array::outputs) {
+        outputs.push((output, lowering.edge(*id)));
     }
     let Lowering { items, sources, powers, .. } = lowering;
     let mut uses = vec![0u32; items.len()];
@@ -112,18 +112,6 @@ pub(super) fn lower(program: &Program) -> Items {
         uses[item as usize] += 1;
     }
     Items { items, sources, uses, powers, outputs }
-}
-
-/// Every output with its position.
-fn positions(program: &Program) -> impl Iterator<Item = (Output, Id)> + '_ {
-    let force = program.force.iter().enumerate().map(|(i, id)| (Output::new(Part::Force, i, 0), *id));
-    let matrix = |part: Part, rows: &'_ [Vec<Id>]| {
-        let entries = rows.iter().enumerate().flat_map(move |(i, row)| {
-            row.iter().enumerate().map(move |(j, id)| (Output::new(part, i, j), *id))
-        });
-        entries.collect::<Vec<_>>()
-    };
-    force.chain(matrix(Part::Dfdx, &program.dfdx)).chain(matrix(Part::Dfdv, &program.dfdv))
 }
 
 /// How often each node is read by a live node or an output; multiples are seen through.

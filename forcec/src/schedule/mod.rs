@@ -14,59 +14,11 @@ mod run;
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::{Cost, Function};
+pub use crate::outputs::{Output, Part};
 use crate::scalar::{Operations, Program};
 use crate::vector::Comparison;
 use std::fmt;
 use std::ops::Range;
-
-/// One of the three results of a kernel.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Part {
-    /// F
-    Force,
-    /// ∂F/∂X
-    Dfdx,
-    /// ∂F/∂V
-    Dfdv,
-}
-
-impl Part {
-    /// Its field in the output struct.
-    pub fn name(self) -> &'static str {
-        match self {
-            Part::Force => "force",
-            Part::Dfdx => "dfdx",
-            Part::Dfdv => "dfdv",
-        }
-    }
-
-    /// What a reader calls it.
-    pub fn title(self) -> &'static str {
-        match self {
-            Part::Force => "F",
-            Part::Dfdx => "dF/dX",
-            Part::Dfdv => "dF/dV",
-        }
-    }
-}
-
-/// One entry of the results.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub struct Output {
-    /// Which result.
-    pub part: Part,
-    /// The coordinate of the force.
-    pub row: usize,
-    /// The coordinate it is differentiated by; 0 for the force itself.
-    pub column: usize,
-}
-
-impl Output {
-    /// An entry.
-    pub fn new(part: Part, row: usize, column: usize) -> Output {
-        Output { part, row, column }
-    }
-}
 
 /// A temporary, by its position in [`Schedule::variables`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]

@@ -10,7 +10,7 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, is_no_local, spelled};
 use crate::ops::Function;
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
-use crate::schedule::{Output, Part};
+use crate::outputs::Output;
 use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -92,16 +92,12 @@ impl Taken {
 
 /// What an output is called: `force_a_x`, `dfdx_a_ry_b_x`; by numbers where the bodies' names are long.
 pub(super) fn output_name(signature: &Signature, output: Output) -> String {
-    let part = output.part.name();
-    let coordinates = signature.coordinate_names();
-    let name = match output.part {
-        Part::Force => format!("{part}_{}", coordinates[output.row]),
-        _ => format!("{part}_{}_{}", coordinates[output.row], coordinates[output.column]),
-    };
-    match output.part {
-        _ if name.len() <= LONGEST_STEM => name.replace('.', "_"),
-        Part::Force => format!("{part}_{}", output.row),
-        _ => format!("{part}_{}_{}", output.row, output.column),
+    let name = output.named(signature).replace(['.', '['], "_").replace(']', "");
+    let Output { part, row, column } = output;
+    match name.len() {
+        ..=LONGEST_STEM => name,
+        _ if part.is_list() => format!("{part}_{row}"),
+        _ => format!("{part}_{row}_{column}"),
     }
 }
 
