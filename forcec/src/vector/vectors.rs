@@ -241,6 +241,9 @@ impl Graph {
                 if p == x || p == y {
                     return self.zero();
                 }
+                if let Some(product) = self.determinant_of_product(p, x, y) {
+                    return self.scaled(coefficient, product);
+                }
                 // ω·(r × f) instead of f·(ω × r): the product of an arm and a force is wanted anyway.
                 if !self.is_velocity(p) && self.is_velocity(x) {
                     let cross = self.cross(y, p);
