@@ -258,16 +258,26 @@ fn join(g: &mut Graph, products: Vec<(Vector, Vector)>, by_right: bool) -> Vec<(
     let mut groups: BTreeMap<Vector, Vec<(Exact, Vector)>> = BTreeMap::new();
     for (u, v) in products {
         let (key, other) = if by_right { (v, u) } else { (u, v) };
-        let (ck, key) = g.split_vector(key);
-        let (co, other) = g.split_vector(other);
+        let (ck, mut key) = g.split_vector(key);
+        let (co, mut other) = g.split_vector(other);
+        if let Node::Scale(s, inner) = *g.node(key.index()) {
+            key = inner;
+            other = g.scale(s, other);
+        }
         groups.entry(key).or_default().push((&ck * &co, other));
     }
     let mut joined = Vec::new();
     for (key, others) in groups {
         let sum = g.vector_sum(others);
-        if !g.is_zero_vector(sum) {
-            joined.push(if by_right { (sum, key) } else { (key, sum) });
+        if g.is_zero_vector(sum) {
+            continue;
         }
+        joined.push(if by_right {
+            let (s, sum) = g.split_scale(sum);
+            (sum, g.scale(s, key))
+        } else {
+            (key, sum)
+        });
     }
     joined
 }
