@@ -131,7 +131,8 @@ impl Build {
             },
         };
         let found = files::read_all(&self.inputs);
-        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, self.effort, &mut |_| {});
+        let (units, diagnostics) =
+            files::compile_all(found.sources, &|_| true, self.effort.into(), &mut |_| {});
         let mut others = found.errors;
         if diagnostics.is_empty() && others.is_empty() {
             others.extend(files::duplicates(&units));

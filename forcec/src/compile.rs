@@ -7,10 +7,11 @@ use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::Kernel;
-use crate::optimize::{Effort, optimize};
-use crate::scalar::{Operations, Program};
+use crate::optimize::{Optimized, Plan, Step, optimize};
+use crate::scalar::Program;
 use crate::schedule::schedule;
 use crate::span::Source;
+use crate::vector::Formulation;
 use crate::{check, syntax};
 use std::time::{Duration, Instant};
 
@@ -38,8 +39,10 @@ pub struct Stages {
     pub source: Definition,
     /// What the kernel computes.
     pub program: Program,
-    /// Operations after lowering and after each pass.
-    pub report: Vec<(&'static str, Operations)>,
+    /// How its derivatives are written.
+    pub formulation: Formulation,
+    /// What it was after lowering and after each pass.
+    pub report: Vec<Step>,
     /// Statements in order, ready to be printed.
     pub kernel: Kernel,
     /// How long compiling took, from the checked function to statements.
@@ -50,28 +53,29 @@ pub struct Stages {
 pub fn compile(
     source: &Source,
     wanted: &dyn Fn(&str) -> bool,
-    effort: Effort,
+    plan: impl Into<Plan>,
 ) -> Result<Compiled, Diagnostics> {
-    compile_file(&syntax::parse(source)?, wanted, effort)
+    compile_file(&syntax::parse(source)?, wanted, plan)
 }
 
 /// Compiles the force functions of a parsed file whose names are wanted.
 pub fn compile_file(
     file: &syntax::ast::File,
     wanted: &dyn Fn(&str) -> bool,
-    effort: Effort,
+    plan: impl Into<Plan>,
 ) -> Result<Compiled, Diagnostics> {
+    let plan = plan.into();
     let checked = check::check(file)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let functions = definitions.map(|definition| stages(file, definition, effort)).collect();
+    let functions = definitions.map(|definition| stages(file, definition, plan)).collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
-fn stages(file: &syntax::ast::File, definition: Definition, effort: Effort) -> Stages {
+fn stages(file: &syntax::ast::File, definition: Definition, plan: Plan) -> Stages {
     let started = Instant::now();
-    let optimized = optimize(derive(&definition), effort);
+    let optimized = optimize(|formulation| derive(&definition, formulation), plan);
     let schedule = schedule(&optimized.program);
     let time = started.elapsed();
     let kernel = Kernel {
@@ -82,7 +86,8 @@ fn stages(file: &syntax::ast::File, definition: Definition, effort: Effort) -> S
     };
     let source = check::elaborate(file, &definition.name);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
-    Stages { ast, definition, source, program: optimized.program, report: optimized.report, kernel, time }
+    let Optimized { program, formulation, report } = optimized;
+    Stages { ast, definition, source, program, formulation, report, kernel, time }
 }
 
 /// Longer definitions are left to `forcec show`.

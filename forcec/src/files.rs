@@ -3,11 +3,11 @@
 //! In: paths of force files and of folders. Out: compiled files and the texts a target makes of them; or every error as
 //! text, ready to be shown.
 
-use crate::Effort;
 use crate::compile::{Compiled, compile};
 use crate::diagnostic::Diagnostics;
 use crate::identifiers::defined_for;
 use crate::kernel::{File, Precision, Target};
+use crate::optimize::Plan;
 use crate::span::Source;
 use crate::{syntax, targets};
 use std::collections::BTreeMap;
@@ -76,13 +76,13 @@ pub(crate) fn read_all(named: &[PathBuf]) -> Found {
 pub(crate) fn compile_all(
     sources: Vec<(PathBuf, Source)>,
     wanted: &dyn Fn(&str) -> bool,
-    effort: Effort,
+    plan: Plan,
     step: &mut dyn FnMut(&str),
 ) -> (Vec<Unit>, Vec<Diagnostics>) {
     let (mut units, mut errors) = (Vec::new(), Vec::new());
     for (path, source) in sources {
         step(&source.name);
-        match compile(&source, wanted, effort) {
+        match compile(&source, wanted, plan) {
             Ok(compiled) => units.push(Unit { path, compiled }),
             Err(diagnostics) => errors.push(diagnostics),
         }

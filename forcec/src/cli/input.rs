@@ -13,7 +13,7 @@ impl Input {
         let progress = Progress::new(found.sources.len());
         let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|only| only == name);
         let (units, wrong) =
-            files::compile_all(found.sources, &wanted, self.effort, &mut |name| progress.step(name));
+            files::compile_all(found.sources, &wanted, self.search.plan(), &mut |name| progress.step(name));
         errors.extend(wrong.iter().map(|diagnostics| diagnostics.render(colour())));
         drop(progress);
         for unit in &units {

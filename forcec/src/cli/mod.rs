@@ -9,7 +9,7 @@ mod show;
 mod stats;
 
 use crate::kernel::{Precision, Target};
-use crate::optimize::Effort;
+use crate::optimize::{Effort, LOWER, PASSES, Plan};
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -65,9 +65,39 @@ struct Input {
     /// Only the force function of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
+    #[command(flatten)]
+    search: Search,
+}
+
+/// How to optimise.
+#[derive(clap::Args)]
+struct Search {
     /// How long to look for fewer operations
     #[arg(long, value_parser = effort, default_value = "default", value_name = "quick|default|max")]
     effort: Effort,
+    /// Only these passes of the optimiser, in their own order
+    #[arg(long, value_name = "PASS,…", value_delimiter = ',', value_parser = pass)]
+    passes: Option<Vec<String>>,
+}
+
+impl Search {
+    fn plan(&self) -> Plan {
+        let plan = Plan::from(self.effort);
+        let Some(names) = &self.passes else { return plan };
+        // The parser let known names pass.
+        plan.with_passes(names.iter().map(String::as_str)).unwrap_or(plan)
+    }
+}
+
+/// A pass of this name.
+fn pass(name: &str) -> Result<String, String> {
+    match Plan::from(Effort::Default).with_passes([name]) {
+        Ok(_) => Ok(name.to_owned()),
+        Err(_) => {
+            let names: Vec<&str> = [LOWER].into_iter().chain(PASSES.iter().map(|pass| pass.name)).collect();
+            Err(format!("the passes are {}", names.join(", ")))
+        }
+    }
 }
 
 /// The effort of this name.

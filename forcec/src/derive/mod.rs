@@ -15,7 +15,7 @@ pub mod rate;
 use crate::bodies::{Block, Role, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::exact::Exact;
-use crate::vector::{Graph, Node, Real, Vector};
+use crate::vector::{Formulation, Graph, Node, Real, Vector};
 use gradient::gradient;
 use lie::{Lie, Variable};
 use rate::Rates;
@@ -42,10 +42,11 @@ pub struct Derived {
     pub rows: Vec<(Real, Real)>,
 }
 
-/// Derives forces from a definition.
-pub fn derive(definition: &Definition) -> Derived {
+/// Derives forces from a definition; their derivatives are written in this formulation.
+pub fn derive(definition: &Definition, formulation: Formulation) -> Derived {
     let mut graph = definition.graph.clone();
     graph.assume_unit_quaternions();
+    graph.formulation = formulation;
     let bodies = graph.signature.clone();
     let mut rows = Vec::new();
     let mut reals = Vec::new();

@@ -55,7 +55,9 @@ impl Graph {
                 continue;
             };
             match (self.combination(u), self.combination(v)) {
-                (Some(left), Some(right)) if left.len() > 1 && right.len() > 1 => products.push((c, left, right)),
+                (Some(left), Some(right)) if left.len() > 1 && right.len() > 1 => {
+                    products.push((c, left, right))
+                }
                 _ => rest.push((c.clone(), *term)),
             }
         }
