@@ -118,6 +118,9 @@ impl Pass {
     }
 }
 
+/// Formulations that are longer than the shortest by no more than this part of it are searched, too.
+const NEARLY: usize = 50;
+
 /// What comes before every pass: from vectors to scalars.
 pub const LOWER: &str = "lower";
 
@@ -218,20 +221,25 @@ pub fn optimize(derive: impl Fn(Formulation) -> Derived, plan: Plan) -> Optimize
         }
         candidate
     };
-    let mut best = factored(FORMULATIONS[0]);
+    let mut candidates = vec![factored(FORMULATIONS[0])];
+    let lowered = candidates[0].report[0];
     if plan.passes().any(|pass| matches!(pass.work, Work::Choose)) {
-        let lowered = best.report[0];
         let tried = effort.formulations(lowered.operations.total());
         for formulation in &FORMULATIONS[1..tried] {
             let candidate = factored(*formulation);
-            if candidate.last() < best.last() {
-                best = candidate;
+            if candidates.iter().all(|other| other.report[1..] != candidate.report[1..]) {
+                candidates.push(candidate);
             }
         }
-        best.report[0] = lowered;
     }
+    // The search may turn the order of those that are nearly the same.
+    let shortest = candidates.iter().map(Candidate::last).min().unwrap_or(0);
+    candidates.retain(|candidate| candidate.last() <= shortest + shortest / NEARLY);
     for pass in plan.passes().filter(|pass| matches!(pass.work, Work::Search(_))) {
-        best.run(pass, effort);
+        candidates.iter_mut().for_each(|candidate| candidate.run(pass, effort));
     }
-    Optimized { program: best.network.program(), formulation: best.formulation, report: best.report }
+    let best = candidates.into_iter().min_by_key(Candidate::last).expect("the first formulation is tried");
+    let mut report = best.report;
+    report[0] = lowered;
+    Optimized { program: best.network.program(), formulation: best.formulation, report }
 }
