@@ -4,11 +4,11 @@
 //! that tell cargo when to run again; or errors as cargo shows them.
 
 use crate::Effort;
+use crate::compile::Request;
 use crate::diagnostic::Diagnostics;
 use crate::exact::Exact;
 use crate::files::{self, Output};
 use crate::kernel::{Precision, Target};
-use crate::specialize::Specialization;
 use std::path::{Path, PathBuf};
 
 /// Compiles force files from a build script.
@@ -31,8 +31,7 @@ pub struct Build {
     out: Option<PathBuf>,
     targets: Vec<Target>,
     precisions: Vec<Precision>,
-    effort: Effort,
-    known: Specialization,
+    request: Request,
 }
 
 /// Why a build failed: every message, in order.
@@ -85,7 +84,7 @@ impl Build {
 
     /// A body that never moves. May be repeated.
     pub fn fixed(mut self, body: impl Into<String>) -> Build {
-        self.known.fixed.push(body.into());
+        self.request.known.fixed.push(body.into());
         self
     }
 
@@ -94,13 +93,13 @@ impl Build {
     /// Panics if a number is not finite.
     pub fn set(mut self, parameter: impl Into<String>, value: &[f64]) -> Build {
         let exact = |x: &f64| Exact::from_f64(*x).expect("a finite number");
-        self.known.set.push((parameter.into(), value.iter().map(exact).collect()));
+        self.request.known.set.push((parameter.into(), value.iter().map(exact).collect()));
         self
     }
 
     /// How long to look for fewer operations.
     pub fn effort(mut self, effort: Effort) -> Build {
-        self.effort = effort;
+        self.request.plan = effort.into();
         self
     }
 
@@ -150,11 +149,11 @@ impl Build {
         };
         let found = files::read_all(&self.inputs);
         let (units, diagnostics) =
-            files::compile_all(found.sources, &|_| true, self.effort, &self.known, &mut |_| {});
+            files::compile_all(found.sources, &|_| true, &self.request, &mut |_| {});
         let mut others = found.errors;
         if diagnostics.is_empty() && others.is_empty() {
             others.extend(files::duplicates(&units));
-            others.extend(files::unknown(&units, &self.known));
+            others.extend(files::unknown(&units, &self.request.known));
         }
         if !diagnostics.is_empty() || !others.is_empty() {
             return Err(BuildError { diagnostics, others });

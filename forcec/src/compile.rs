@@ -7,13 +7,51 @@ use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::Kernel;
-use crate::optimize::{Effort, optimize};
-use crate::scalar::{Operations, Program};
+use crate::optimize::{Effort, Optimized, Plan, Step, optimize};
+use crate::outputs::Part;
+use crate::scalar::Program;
 use crate::schedule::schedule;
 use crate::span::Source;
 use crate::specialize::{Specialization, remarks};
+use crate::vector::Formulation;
 use crate::{check, syntax};
 use std::time::{Duration, Instant};
+
+impl Stages {
+    /// What the kernel computes, in order.
+    pub fn outputs(&self) -> Vec<Part> {
+        self.program.arrays.iter().map(|array| array.part).collect()
+    }
+}
+
+/// What is wanted of force functions.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// How to optimise.
+    pub plan: Plan,
+    /// What is known beforehand.
+    pub known: Specialization,
+    /// What kernels compute, in the order of the table.
+    pub outputs: Vec<Part>,
+}
+
+impl Default for Request {
+    fn default() -> Request {
+        Request { plan: Plan::default(), known: Specialization::default(), outputs: Part::DEFAULT.to_vec() }
+    }
+}
+
+impl From<Plan> for Request {
+    fn from(plan: Plan) -> Request {
+        Request { plan, ..Request::default() }
+    }
+}
+
+impl From<Effort> for Request {
+    fn from(effort: Effort) -> Request {
+        Plan::from(effort).into()
+    }
+}
 
 /// A compiled source text.
 pub struct Compiled {
@@ -39,8 +77,10 @@ pub struct Stages {
     pub source: Definition,
     /// What the kernel computes.
     pub program: Program,
-    /// Operations after lowering and after each pass.
-    pub report: Vec<(&'static str, Operations)>,
+    /// How its derivatives are written.
+    pub formulation: Formulation,
+    /// What it was after lowering and after each pass.
+    pub report: Vec<Step>,
     /// Statements in order, ready to be printed.
     pub kernel: Kernel,
     /// How long compiling took, from the checked function to statements.
@@ -51,45 +91,41 @@ pub struct Stages {
 pub fn compile(
     source: &Source,
     wanted: &dyn Fn(&str) -> bool,
-    effort: Effort,
+    request: impl Into<Request>,
 ) -> Result<Compiled, Diagnostics> {
-    compile_file(&syntax::parse(source)?, wanted, effort, &Specialization::default())
+    compile_file(&syntax::parse(source)?, wanted, request)
 }
 
 /// Compiles the force functions of a parsed file whose names are wanted, and of which something may be known.
 pub fn compile_file(
     file: &syntax::ast::File,
     wanted: &dyn Fn(&str) -> bool,
-    effort: Effort,
-    known: &Specialization,
+    request: impl Into<Request>,
 ) -> Result<Compiled, Diagnostics> {
-    let checked = check::check_knowing(file, known, wanted)?;
+    let request = request.into();
+    let checked = check::check_knowing(file, &request.known, wanted)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let functions = definitions.map(|definition| stages(file, definition, effort, known)).collect();
+    let functions = definitions.map(|definition| stages(file, definition, &request)).collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
-fn stages(
-    file: &syntax::ast::File,
-    definition: Definition,
-    effort: Effort,
-    known: &Specialization,
-) -> Stages {
+fn stages(file: &syntax::ast::File, definition: Definition, request: &Request) -> Stages {
     let started = Instant::now();
-    let optimized = optimize(derive(&definition), effort);
+    let optimized = optimize(|formulation| derive(&definition, &request.outputs, formulation), request.plan);
     let schedule = schedule(&optimized.program);
     let time = started.elapsed();
     let kernel = Kernel {
-        name: format!("{}{}", definition.name, known.suffix(&definition.graph.signature)),
+        name: format!("{}{}", definition.name, request.known.suffix(&definition.graph.signature)),
         docs: definition.docs.clone(),
         formulas: formulas(&definition),
         schedule,
     };
-    let source = check::elaborate(file, &definition.name, known);
+    let source = check::elaborate(file, &definition.name, &request.known);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
-    Stages { ast, definition, source, program: optimized.program, report: optimized.report, kernel, time }
+    let Optimized { program, formulation, report } = optimized;
+    Stages { ast, definition, source, program, formulation, report, kernel, time }
 }
 
 /// Longer definitions are left to `forcec show`.

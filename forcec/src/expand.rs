@@ -11,7 +11,6 @@ use crate::compile::{Stages, compile, compile_file};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::kernel::Precision;
 use crate::span::{Source, Span};
-use crate::specialize::Specialization;
 use crate::syntax::{self, ast};
 use crate::targets::rust::{kernel_module, module_name};
 use proc_macro2::{Delimiter, Group, Ident, Literal, Spacing, TokenStream, TokenTree};
@@ -296,7 +295,7 @@ fn compiled(
     let places = Places::new(tokens);
     let source = Source::new(reading.name, places.text.as_str());
     let result = syntax::from_items(source, attributes, items, |span| places.of(span)).and_then(|ast| {
-        Ok((compile_file(&ast, &|_| true, Effort::Default, &Specialization::default())?, ast))
+        Ok((compile_file(&ast, &|_| true, Effort::Default)?, ast))
     });
     match result {
         Ok((compiled, _)) if compiled.functions.is_empty() => {

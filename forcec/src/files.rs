@@ -3,8 +3,7 @@
 //! In: paths of force files and of folders. Out: compiled files and the texts a target makes of them; or every error as
 //! text, ready to be shown.
 
-use crate::Effort;
-use crate::compile::{Compiled, compile_file};
+use crate::compile::{Compiled, Request, compile};
 use crate::diagnostic::Diagnostics;
 use crate::identifiers::defined_for;
 use crate::kernel::{File, Precision, Target};
@@ -77,14 +76,13 @@ pub(crate) fn read_all(named: &[PathBuf]) -> Found {
 pub(crate) fn compile_all(
     sources: Vec<(PathBuf, Source)>,
     wanted: &dyn Fn(&str) -> bool,
-    effort: Effort,
-    known: &Specialization,
+    request: &Request,
     step: &mut dyn FnMut(&str),
 ) -> (Vec<Unit>, Vec<Diagnostics>) {
     let (mut units, mut errors) = (Vec::new(), Vec::new());
     for (path, source) in sources {
         step(&source.name);
-        match syntax::parse(&source).and_then(|file| compile_file(&file, wanted, effort, known)) {
+        match compile(&source, wanted, request.clone()) {
             Ok(compiled) => units.push(Unit { path, compiled }),
             Err(diagnostics) => errors.push(diagnostics),
         }

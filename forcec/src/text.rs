@@ -2,20 +2,22 @@
 
 use crate::derive::Derived;
 use crate::formula::{Dialect, Formulas};
-use crate::scalar::{self, Operations, Program};
+use crate::optimize::Step;
+use crate::outputs::Array;
+use crate::scalar::{self, Program};
 use crate::vector::{Graph, Node};
 use std::fmt::{self, Write};
 
-/// Operations after lowering and after every pass.
-pub fn passes(report: &[(&str, Operations)]) -> String {
+/// Operations and distinct outputs after lowering and after every pass.
+pub fn passes(report: &[Step]) -> String {
     let mut text = format!(
-        "{:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}\n",
-        "pass", "add", "mul", "div", "sqrt", "call", "total"
+        "{:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}{:>10}\n",
+        "pass", "add", "mul", "div", "sqrt", "call", "total", "distinct"
     );
-    for (pass, ops) in report {
+    for Step { pass, operations: ops, distinct } in report {
         let _ = writeln!(
             text,
-            "{pass:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}",
+            "{pass:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}{distinct:>10}",
             ops.add,
             ops.mul,
             ops.div,

@@ -47,7 +47,8 @@ impl Sample {
 
     fn program(&self) -> Program {
         let definition = self.definition(Graph::new(self.signature()));
-        forcec::optimize::optimize(forcec::derive::derive(&definition), forcec::Effort::Default).program
+        let derive = |formulation| forcec::derive::derive(&definition, formulation);
+        forcec::optimize::optimize(derive, forcec::Effort::Default.into()).program
     }
 
     fn check(&self) -> Report {

@@ -7,7 +7,7 @@ pub mod cases;
 pub mod driver;
 
 use forcec::Specialization;
-use forcec::compile::{Compiled, compile, compile_file};
+use forcec::compile::{Compiled, Request, compile, compile_file};
 use forcec::kernel::{File, Precision};
 use forcec::span::Source;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ pub fn special() -> Vec<ForceFile> {
     files.retain(|file| file.stem == "joints");
     for file in &mut files {
         let tree = forcec::syntax::parse(&file.compiled.source).expect("the library parses");
-        let compiled = compile_file(&tree, &|_| true, forcec::Effort::Default, &known);
+        let compiled = compile_file(&tree, &|_| true, Request { known: known.clone(), ..Request::default() });
         file.compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
     }
     files

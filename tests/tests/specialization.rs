@@ -2,12 +2,12 @@
 //! turn, and each parameter set to a value; the entries that are left are those of the general kernel.
 
 use forcec::bodies::Signature;
-use forcec::compile::{Stages, compile_file};
+use forcec::compile::{Request, Stages, compile_file};
 use forcec::exact::Exact;
 use forcec::span::Source;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject};
-use forcec::{Effort, Specialization, syntax};
+use forcec::{Specialization, syntax};
 use forcec_tests::{ForceFile, library, parallel};
 
 fn subject(function: &Stages) -> Subject<'_> {
@@ -74,7 +74,7 @@ fn differences(file: &ForceFile) -> Vec<String> {
         let subject = subject(general);
         let state = Probe::new(&subject).draw(Family::Random, 3, 0);
         for known in ways(&general.program.signature, &state) {
-            let compiled = compile_file(&tree, &|wanted| wanted == name, Effort::Default, &known);
+            let compiled = compile_file(&tree, &|wanted| wanted == name, Request { known: known.clone(), ..Request::default() });
             let compiled = compiled.unwrap_or_else(|errors| panic!("{name}, {known:?}:\n{errors}"));
             let special = &compiled.functions[0];
             let apart = furthest(general, special, 3);
@@ -114,7 +114,7 @@ fn what_is_known_is_no_argument() {
             .map(|(_, text)| Specialization::parse_value(text).unwrap())
             .to_vec(),
     };
-    let compiled = compile_file(&tree, &|_| true, Effort::Quick, &known).unwrap();
+    let compiled = compile_file(&tree, &|_| true, Request { known, ..Request::default() }).unwrap();
     let kernel = &compiled.functions[0].kernel;
     assert_eq!(kernel.name, "rope_fixed_q_set_at_damping");
     let parameters = kernel.schedule.signature.given().map(|(_, parameter)| parameter.name.as_str());

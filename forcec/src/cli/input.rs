@@ -3,7 +3,6 @@
 use super::{Failure, Input, Progress, colour, complain};
 use crate::diagnostic::Diagnostics;
 use crate::files::{self, Unit};
-use crate::specialize::Specialization;
 use crate::syntax;
 
 impl Input {
@@ -12,10 +11,10 @@ impl Input {
         let found = files::read_all(&self.paths);
         let mut errors = found.errors;
         let progress = Progress::new(found.sources.len());
-        let known = Specialization { fixed: self.fixed.clone(), set: self.set.clone() };
+        let request = self.search.request();
         let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|only| only == name);
         let (units, wrong) =
-            files::compile_all(found.sources, &wanted, self.effort, &known, &mut |name| progress.step(name));
+            files::compile_all(found.sources, &wanted, &request, &mut |name| progress.step(name));
         errors.extend(wrong.iter().map(|diagnostics| diagnostics.render(colour())));
         drop(progress);
         for unit in &units {
@@ -27,7 +26,7 @@ impl Input {
         if errors.is_empty() {
             errors.extend(files::duplicates(&units));
             errors.extend(self.unknown_names(&units));
-            errors.extend(files::unknown(&units, &known));
+            errors.extend(files::unknown(&units, &request.known));
         }
         if errors.is_empty() { Ok(units) } else { Err(Failure::Input(errors.join("\n\n"))) }
     }

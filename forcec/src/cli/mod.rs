@@ -10,7 +10,8 @@ mod stats;
 
 use crate::exact::Exact;
 use crate::kernel::{Precision, Target};
-use crate::optimize::Effort;
+use crate::compile::Request;
+use crate::optimize::{Effort, LOWER, PASSES, Plan};
 use crate::specialize::Specialization;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
@@ -67,15 +68,49 @@ struct Input {
     /// Only the force function of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
+    #[command(flatten)]
+    search: Search,
+}
+
+/// How to optimise.
+#[derive(clap::Args)]
+struct Search {
     /// How long to look for fewer operations
     #[arg(long, value_parser = effort, default_value = "default", value_name = "quick|default|max")]
     effort: Effort,
+    /// Only these passes of the optimiser, in their own order
+    #[arg(long, value_name = "PASS,…", value_delimiter = ',', value_parser = pass)]
+    passes: Option<Vec<String>>,
     /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
     #[arg(long, value_name = "BODY")]
     fixed: Vec<String>,
     /// A parameter whose value is known, as in `damping=0` or `arm_b=[0,0,0.5]`; may be repeated
     #[arg(long, value_parser = Specialization::parse_value, value_name = "NAME=VALUE")]
     set: Vec<(String, Vec<Exact>)>,
+}
+
+impl Search {
+    fn request(&self) -> Request {
+        let plan = Plan::from(self.effort);
+        let plan = match &self.passes {
+            // The parser let known names pass.
+            Some(names) => plan.with_passes(names.iter().map(String::as_str)).unwrap_or(plan),
+            None => plan,
+        };
+        let known = Specialization { fixed: self.fixed.clone(), set: self.set.clone() };
+        Request { plan, known, ..Request::default() }
+    }
+}
+
+/// A pass of this name.
+fn pass(name: &str) -> Result<String, String> {
+    match Plan::from(Effort::Default).with_passes([name]) {
+        Ok(_) => Ok(name.to_owned()),
+        Err(_) => {
+            let names: Vec<&str> = [LOWER].into_iter().chain(PASSES.iter().map(|pass| pass.name)).collect();
+            Err(format!("the passes are {}", names.join(", ")))
+        }
+    }
 }
 
 /// The effort of this name.

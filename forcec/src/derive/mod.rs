@@ -16,7 +16,7 @@ use crate::bodies::{Block, Role, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::exact::Exact;
 use crate::outputs::{Axis, Part};
-use crate::vector::{Graph, Node, Real, Vector};
+use crate::vector::{Formulation, Graph, Node, Real, Vector};
 use gradient::gradient;
 use lie::{Lie, Variable};
 use rate::Rates;
@@ -41,12 +41,15 @@ pub struct Derived {
     pub pieces: BTreeMap<Vector, Variable>,
     /// The rows of C with their rates; of an energy itself, if that is wanted; empty for forces.
     pub rows: Vec<(Real, Real)>,
+    /// What is to be computed, in the order of the table.
+    pub wanted: Vec<Part>,
 }
 
-/// Derives forces from a definition, and what else is wanted.
-pub fn derive(definition: &Definition, wanted: &[Part]) -> Derived {
+/// Derives forces from a definition, and what else is wanted; their derivatives are written in this formulation.
+pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation) -> Derived {
     let mut graph = definition.graph.clone();
     graph.assume_unit_quaternions();
+    graph.formulation = formulation;
     let bodies = graph.signature.clone();
     let mut rows = Vec::new();
     let mut reals = Vec::new();
@@ -147,7 +150,7 @@ pub fn derive(definition: &Definition, wanted: &[Part]) -> Derived {
         let blocks = bodies.pose_blocks().into_iter();
         blocks.map(|block| (block, vec![(Exact::ONE, direct[&block])])).collect()
     };
-    Derived { lie, forces, pose, velocity, symmetric, pieces, rows }
+    Derived { lie, forces, pose, velocity, symmetric, pieces, rows, wanted: wanted.to_vec() }
 }
 
 /// A force, named after what it acts on.

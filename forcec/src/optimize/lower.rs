@@ -10,6 +10,7 @@ use crate::derive::lie::{Lie, Variable};
 use crate::derive::matrix::Matrix;
 use crate::derive::{Combination, Derived};
 use crate::exact::{Exact, collect};
+use crate::outputs::{Array, Part};
 use crate::scalar::{self, Id, Program};
 use crate::vector::{Node, Real, Vector};
 use rustc_hash::FxHashMap;
@@ -31,20 +32,20 @@ pub fn lower(derived: Derived) -> Program {
         ways: FxHashMap::default(),
         shared,
     };
-    let freedoms = signature.freedoms();
-    let mut force = Vec::with_capacity(freedoms);
-    for (_, pieces) in &derived.forces {
-        let parts: Vec<(Exact, [Id; 3])> =
-            pieces.iter().map(|(c, v)| (c.clone(), lowering.vector(*v))).collect();
-        for axis in 0..3 {
-            let terms = parts.iter().map(|(c, part)| (c.clone(), part[axis])).collect();
-            force.push(lowering.scalar.sum(Exact::ZERO, terms));
-        }
-    }
     let mirrored = if derived.symmetric { Some(&derived.pieces) } else { None };
-    let dfdx = lowering.blocks(&derived.forces, &derived.pose, mirrored);
-    let dfdv = lowering.blocks(&derived.forces, &derived.velocity, None);
-    Program { signature, graph: lowering.scalar, force, dfdx, dfdv }
+    let mut arrays = Vec::new();
+    for &part in &derived.wanted {
+        let entries = match part {
+            Part::Value => derived.rows.iter().map(|(c, _)| lowering.real(*c)).collect(),
+            Part::Rate => derived.rows.iter().map(|(_, rate)| lowering.real(*rate)).collect(),
+            Part::Jacobian => lowering.jacobian(&derived.rows, &derived.pose),
+            Part::Force => lowering.forces(&derived.forces),
+            Part::Dfdx => lowering.blocks(&derived.forces, &derived.pose, mirrored),
+            Part::Dfdv => lowering.blocks(&derived.forces, &derived.velocity, None),
+        };
+        arrays.push(Array { part, columns: part.shape(&signature).1, entries });
+    }
+    Program { signature, graph: lowering.scalar, arrays }
 }
 
 /// The stored quaternions that turn several arms.
@@ -340,14 +341,53 @@ impl Lowering {
 
     // ---- blocks
 
+    /// The generalised forces.
+    fn forces(&mut self, forces: &[(crate::bodies::Block, Combination<Vector>)]) -> Vec<Id> {
+        let mut force = Vec::new();
+        for (_, pieces) in forces {
+            let parts: Vec<(Exact, [Id; 3])> =
+                pieces.iter().map(|(c, v)| (c.clone(), self.vector(*v))).collect();
+            force.extend(self.combined(&parts));
+        }
+        force
+    }
+
+    /// Rows of derivatives of reals.
+    fn jacobian(
+        &mut self,
+        rows: &[(Real, Real)],
+        columns: &[(crate::bodies::Block, Combination<Variable>)],
+    ) -> Vec<Id> {
+        let mut entries = Vec::new();
+        for (real, _) in rows {
+            for (_, moves) in columns {
+                let mut parts = Vec::new();
+                for (c, variable) in moves {
+                    let row = self.lie.row(*real, *variable);
+                    parts.push((c.clone(), self.vector(row)));
+                }
+                entries.extend(self.combined(&parts));
+            }
+        }
+        entries
+    }
+
+    /// Σ coefficient · vector
+    fn combined(&mut self, parts: &[(Exact, [Id; 3])]) -> [Id; 3] {
+        [0, 1, 2].map(|axis| {
+            let terms = parts.iter().map(|(c, part)| (c.clone(), part[axis])).collect();
+            self.scalar.sum(Exact::ZERO, terms)
+        })
+    }
+
     /// N rows of N entries from three-by-three blocks.
     fn blocks(
         &mut self,
         forces: &[(crate::bodies::Block, Combination<Vector>)],
         columns: &[(crate::bodies::Block, Combination<Variable>)],
         mirrored: Option<&BTreeMap<Vector, Variable>>,
-    ) -> Vec<Vec<Id>> {
-        let mut entries = Vec::with_capacity(3 * forces.len());
+    ) -> Vec<Id> {
+        let mut entries = Vec::new();
         for (_, pieces) in forces {
             let mut rows: [Vec<Id>; 3] = Default::default();
             for (_, moves) in columns {
@@ -364,7 +404,7 @@ impl Lowering {
                     }
                 }
             }
-            entries.extend(rows);
+            entries.extend(rows.into_iter().flatten());
         }
         entries
     }

@@ -82,6 +82,7 @@ impl Graph {
         }
         let flat = collect(flat);
         let flat = self.pin_components(flat);
+        let flat = self.gather_products(flat);
         match (constant.is_zero(), flat.as_slice()) {
             (_, []) => self.constant(constant),
             (true, [(c, term)]) if c.is_one() => *term,

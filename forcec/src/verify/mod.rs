@@ -26,6 +26,7 @@ pub use states::Family;
 
 use crate::bodies::{ParameterType, Role};
 use crate::definition::Definition;
+use crate::outputs::Part;
 use crate::scalar::{Id, Program};
 use big::Big;
 use differences::Answer;
@@ -78,7 +79,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     let oracle = Oracle::new(subject.source, &layout);
     let outputs: Vec<Id> = subject.program.outputs().collect();
     let tape = Tape::new(subject.program, &layout, &outputs);
-    let force = Tape::new(subject.program, &layout, &subject.program.force);
+    let force = Tape::new(subject.program, &layout, subject.program.part(Part::Force));
     let comparisons = Array::ALL.map(|array| Comparison {
         array,
         entries: 0,
@@ -410,7 +411,7 @@ impl<'a> Checker<'a> {
         let active: usize = covered.clone().map(|c| c.active).sum();
         if covered.count() == 0 {
             problems.push("no family has regular states: nothing was checked".to_owned());
-        } else if active == 0 && !subject.program.force.iter().all(|id| subject.program.graph.is_zero(*id)) {
+        } else if active == 0 && !subject.program.part(Part::Force).iter().all(|id| subject.program.graph.is_zero(*id)) {
             problems
                 .push("no state was found at which a force is not zero: only zeros were checked".to_owned());
         }
