@@ -1,14 +1,15 @@
 //! From the scalar graph to ordered, named statements: what every target prints.
 //!
 //! In: a [`Program`]. Out: a [`Schedule`], in which dead code is gone, shared values have a name, every line is short
-//! enough to read, and an output is stored as soon as its value is there. A schedule is a value: it can be printed,
-//! counted and evaluated. The same program makes the same schedule everywhere.
+//! enough to read, and a row of outputs is stored as soon as its values are there. A schedule is a value: it can be
+//! printed, counted and evaluated. The same program makes the same schedule everywhere.
 
 mod build;
 mod cut;
 mod lower;
 mod names;
 pub mod print;
+mod rows;
 mod run;
 
 use crate::bodies::{Signature, Slot};
@@ -155,17 +156,50 @@ pub enum Statement {
     Let(Name, Expression),
     /// An output gets its value.
     Store(Output, Expression),
-    /// Outputs are zero: the same runs of columns in each of some rows; a force counts as one column.
+    /// Outputs are zero.
     Zero {
         /// Which result.
         part: Part,
-        /// The rows.
+        /// The rows, and the runs of columns in each; a force counts as one column. The other entries of these rows
+        /// are stored later.
+        rows: Vec<(usize, Vec<Range<usize>>)>,
+    },
+    /// A temporary row gets its values: one a column.
+    Columns(Name, Vec<Expression>),
+    /// A row of outputs is a multiple of a temporary row.
+    Scaled {
+        /// Which result.
+        part: Part,
+        /// Its row.
+        row: usize,
+        /// The temporary or entry of an argument that it is multiplied by, or its negative.
+        factor: Expression,
+        /// The temporary row.
+        columns: Name,
+    },
+    /// Rows of outputs are the negatives of others.
+    Negated {
+        /// Which result.
+        part: Part,
+        /// Its rows.
         rows: Range<usize>,
-        /// The runs of columns.
-        columns: Vec<Range<usize>>,
+        /// The first of the others.
+        from: usize,
     },
     /// Here begins what a result needs.
     Heading(Part),
+}
+
+impl Statement {
+    /// The expressions written in it.
+    pub fn expressions(&self) -> &[Expression] {
+        match self {
+            Statement::Let(_, value) | Statement::Store(_, value) => std::slice::from_ref(value),
+            Statement::Scaled { factor, .. } => std::slice::from_ref(factor),
+            Statement::Columns(_, values) => values,
+            Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(_) => &[],
+        }
+    }
 }
 
 /// A kernel as statements.
@@ -190,20 +224,27 @@ pub fn schedule(program: &Program) -> Schedule {
 }
 
 impl Schedule {
-    /// The operations written in the statements.
+    /// The operations written in the statements; those of a loop count as often as it runs.
     pub fn operations(&self) -> Operations {
+        let count = self.signature.freedoms();
         let mut total = Operations::default();
         for statement in &self.statements {
-            if let Statement::Let(_, expression) | Statement::Store(_, expression) = statement {
-                total += expression.operations();
+            match statement {
+                Statement::Scaled { factor, .. } => {
+                    total.mul += count;
+                    total.neg += count * factor.operations().neg;
+                }
+                Statement::Negated { rows, .. } => total.neg += rows.len() * count,
+                _ => statement.expressions().iter().for_each(|value| total += value.operations()),
             }
         }
         total
     }
 
-    /// How many temporaries and stores there are.
+    /// How many temporaries and stores there are; a loop counts as one.
     pub fn lines(&self) -> usize {
-        self.statements.iter().filter(|s| matches!(s, Statement::Let(..) | Statement::Store(..))).count()
+        let counts = |s: &&Statement| !matches!(s, Statement::Zero { .. } | Statement::Heading(_));
+        self.statements.iter().filter(counts).count()
     }
 
     /// The special functions that need a definition of their own, in order.
@@ -211,17 +252,15 @@ impl Schedule {
         let mut found = std::collections::BTreeSet::new();
         let mut pending: Vec<&Expression> = Vec::new();
         for statement in &self.statements {
-            if let Statement::Let(_, expression) | Statement::Store(_, expression) = statement {
-                pending.push(expression);
-                while let Some(expression) = pending.pop() {
-                    match expression {
-                        Expression::Call(function, _) if function.order().is_some() => {
-                            _ = found.insert(*function)
-                        }
-                        _ => {}
+            pending.extend(statement.expressions());
+            while let Some(expression) = pending.pop() {
+                match expression {
+                    Expression::Call(function, _) if function.order().is_some() => {
+                        _ = found.insert(*function)
                     }
-                    pending.extend(expression.children());
+                    _ => {}
                 }
+                pending.extend(expression.children());
             }
         }
         found.into_iter().collect()

@@ -36,8 +36,14 @@ pub trait Dialect {
     fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String>;
     /// An output gets one of two values.
     fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String>;
-    /// Runs of columns in some rows become zero.
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String>;
+    /// Runs of columns in some rows become zero; what else is in these rows may become so too.
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String>;
+    /// A temporary row gets its values.
+    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String>;
+    /// A row of outputs is a factor times a temporary row.
+    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String>;
+    /// Rows of outputs are the negatives of those that begin with another.
+    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String>;
     /// A remark on a line of its own.
     fn remark(&self, text: &str) -> Vec<String>;
 }
@@ -56,9 +62,30 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
         }
         Statement::Let(name, value) => dialect.define(&variables[name.index()], &printer.text(value)),
         Statement::Store(output, value) => dialect.store(*output, &printer.text(value)),
-        Statement::Zero { part, rows, columns } => dialect.zero(*part, rows, columns),
+        Statement::Zero { part, rows } => dialect.zero(*part, rows),
+        Statement::Columns(name, values) => {
+            let values: Vec<String> = values.iter().map(|value| printer.text(value)).collect();
+            dialect.columns(&variables[name.index()], &values)
+        }
+        Statement::Scaled { part, row, factor, columns } => {
+            dialect.scaled(*part, *row, &printer.text(factor), &variables[columns.index()])
+        }
+        Statement::Negated { part, rows, from } => dialect.negated(*part, rows, *from),
         Statement::Heading(part) => dialect.remark(part.title()),
     }
+}
+
+/// Rows with the same runs of columns below each other, together.
+pub fn together(rows: &[(usize, Vec<Range<usize>>)]) -> Vec<(Range<usize>, &[Range<usize>])> {
+    let below = |x: &(usize, Vec<Range<usize>>), y: &(usize, Vec<Range<usize>>)| x.0 + 1 == y.0 && x.1 == y.1;
+    let block = |rows: &'_ [(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
+    rows.chunk_by(below).map(|rows| (block(rows), rows[0].1.as_slice())).collect()
+}
+
+/// The first of some names for what only one statement knows that is not a word of these texts.
+pub fn unlike<'a>(names: [&'a str; 3], texts: [&str; 2]) -> &'a str {
+    let free = |name: &&str| texts.iter().all(|text| text.trim_start_matches('-') != *name);
+    names.into_iter().find(free).expect("three names for two texts")
 }
 
 /// An expression on its own.
@@ -216,6 +243,17 @@ impl Printer<'_> {
 /// The text form of a schedule: bare assignments.
 pub(super) struct Plain<'a>(pub(super) &'a Signature);
 
+impl Plain<'_> {
+    /// Coordinates by their names.
+    fn span(&self, range: &Range<usize>) -> String {
+        let names = self.0.coordinate_names();
+        match range.len() {
+            1 => names[range.start].clone(),
+            _ => format!("{} .. {}", names[range.start], names[range.end - 1]),
+        }
+    }
+}
+
 impl Dialect for Plain<'_> {
     fn literal(&self, value: &Exact) -> String {
         value.to_string()
@@ -263,15 +301,26 @@ impl Dialect for Plain<'_> {
         self.store(output, &format!("if {c} then {x} else {y}"))
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        let names = self.0.coordinate_names();
-        let span = |range: &Range<usize>| match range.len() {
-            1 => names[range.start].clone(),
-            _ => format!("{} .. {}", names[range.start], names[range.end - 1]),
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+        let line = |(rows, runs): (Range<usize>, &[Range<usize>])| {
+            let runs: Vec<String> = runs.iter().map(|run| self.span(run)).collect();
+            let columns = if part == Part::Force { String::new() } else { format!("[{}]", runs.join(", ")) };
+            format!("{}[{}]{columns} = 0", part.name(), self.span(&rows))
         };
-        let runs: Vec<String> = columns.iter().map(span).collect();
-        let columns = if part == Part::Force { String::new() } else { format!("[{}]", runs.join(", ")) };
-        vec![format!("{}[{}]{columns} = 0", part.name(), span(rows))]
+        together(rows).into_iter().map(line).collect()
+    }
+
+    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {
+        vec![format!("{} = [{}]", variable.name, values.join(", "))]
+    }
+
+    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
+        vec![format!("{}[{}] = {factor} * {}", part.name(), self.span(&(row..row + 1)), columns.name)]
+    }
+
+    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
+        let (part, others) = (part.name(), self.span(&(from..from + rows.len())));
+        vec![format!("{part}[{}] = -{part}[{others}]", self.span(rows))]
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

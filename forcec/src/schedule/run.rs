@@ -11,34 +11,52 @@ impl Schedule {
     pub fn evaluate<N: Number>(&self, inputs: &dyn Fn(Slot) -> N) -> Option<Outputs<N>> {
         let count = self.signature.freedoms();
         let mut names: Vec<Option<Value<N>>> = vec![None; self.variables.len()];
-        let mut force: Vec<Option<N>> = vec![None; count];
-        let mut matrices: [Vec<Vec<Option<N>>>; 2] = std::array::from_fn(|_| vec![vec![None; count]; count]);
-        let mut store = |output: Output, value: N| {
-            let entry = match output.part {
-                Part::Force => &mut force[output.row],
-                Part::Dfdx => &mut matrices[0][output.row][output.column],
-                Part::Dfdv => &mut matrices[1][output.row][output.column],
-            };
-            *entry = Some(value);
+        let mut columns: Vec<Vec<N>> = vec![Vec::new(); self.variables.len()];
+        let mut outputs: Vec<Option<N>> = vec![None; count + 2 * count * count];
+        let at = |part: Part, row: usize, column: usize| match part {
+            Part::Force => row,
+            Part::Dfdx => count + row * count + column,
+            Part::Dfdv => count + (count + row) * count + column,
         };
         for statement in &self.statements {
             match statement {
                 Statement::Let(name, value) => names[name.index()] = Some(evaluate(value, &names, inputs)?),
-                Statement::Store(output, value) => store(*output, evaluate(value, &names, inputs)?.real()),
-                Statement::Zero { part, rows, columns } => {
-                    for row in rows.clone() {
-                        for column in columns.iter().cloned().flatten() {
-                            store(Output::new(*part, row, column), N::exact(&Exact::ZERO));
+                Statement::Store(Output { part, row, column }, value) => {
+                    outputs[at(*part, *row, *column)] = Some(evaluate(value, &names, inputs)?.real());
+                }
+                Statement::Zero { part, rows } => {
+                    for (row, runs) in rows {
+                        for column in runs.iter().cloned().flatten() {
+                            outputs[at(*part, *row, column)] = Some(N::exact(&Exact::ZERO));
+                        }
+                    }
+                }
+                Statement::Columns(name, values) => {
+                    let value = |x: &Expression| Some(evaluate(x, &names, inputs)?.real());
+                    columns[name.index()] = values.iter().map(value).collect::<Option<_>>()?;
+                }
+                Statement::Scaled { part, row, factor, columns: name } => {
+                    for (column, value) in columns[name.index()].iter().enumerate() {
+                        let factor = evaluate(factor, &names, inputs)?.real();
+                        outputs[at(*part, *row, column)] = Some(factor * value.clone());
+                    }
+                }
+                Statement::Negated { part, rows, from } => {
+                    for (index, row) in rows.clone().enumerate() {
+                        for column in 0..count {
+                            let value = outputs[at(*part, from + index, column)].clone()?;
+                            outputs[at(*part, row, column)] = Some(-value);
                         }
                     }
                 }
                 Statement::Heading(_) => {}
             }
         }
-        let [dfdx, dfdv] = matrices;
-        let written = |row: Vec<Option<N>>| row.into_iter().collect::<Option<Vec<N>>>();
-        let matrix = |rows: Vec<Vec<Option<N>>>| rows.into_iter().map(written).collect::<Option<Vec<_>>>();
-        Some(Outputs { force: written(force)?, dfdx: matrix(dfdx)?, dfdv: matrix(dfdv)? })
+        let outputs: Vec<N> = outputs.into_iter().collect::<Option<_>>()?;
+        let (force, matrices) = outputs.split_at(count);
+        let mut rows = matrices.chunks(count.max(1)).map(<[N]>::to_vec);
+        let dfdx = rows.by_ref().take(count).collect();
+        Some(Outputs { force: force.to_vec(), dfdx, dfdv: rows.collect() })
     }
 }
 

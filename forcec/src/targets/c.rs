@@ -8,12 +8,13 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
-use crate::schedule::print::{self, Dialect};
+use crate::schedule::print::{self, Dialect, together, unlike};
 use crate::schedule::{Output, Part, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{PARTS, body, decimal, field_summary, parameter_summary, reads, slot_path, template};
 use std::f64::consts::PI;
 use std::ops::Range;
+use std::slice::from_ref;
 
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
@@ -298,6 +299,45 @@ impl C<'_> {
         }
         vec![format!("{left} ="), format!("    {c}"), format!("        ? {x}"), format!("        : {y};")]
     }
+
+    /// A loop on one line if that is short enough.
+    fn body(each: String, statement: String) -> Vec<String> {
+        if each.len() + 1 + statement.len() <= WIDTH {
+            return vec![format!("{each} {statement}")];
+        }
+        vec![each, format!("    {statement}")]
+    }
+
+    /// The same runs of columns in each of some rows become zero.
+    fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
+        const CHAIN: usize = 4;
+        let zero = self.literal(&Exact::ZERO);
+        let width: usize = columns.iter().map(Range::len).sum();
+        let each = |index: &str, range: &Range<usize>| {
+            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
+        };
+        let name = part.name();
+        if part == Part::Force && rows.len() > CHAIN {
+            return vec![format!("{} out->{name}[i] = {zero};", each("i", rows))];
+        }
+        if let [run] = columns {
+            if width > CHAIN && rows.len() == 1 {
+                return vec![format!("{} out->{name}[{}][j] = {zero};", each("j", run), rows.start)];
+            }
+            if width * rows.len() > 2 * CHAIN {
+                return vec![each("i", rows), format!("    {} out->{name}[i][j] = {zero};", each("j", run))];
+            }
+        }
+        let entries = rows.clone().flat_map(|row| {
+            columns.iter().cloned().flatten().map(move |column| Output::new(part, row, column))
+        });
+        let places: Vec<String> = entries.map(|output| self.place(output)).collect();
+        let chain = if width > 1 { width.min(CHAIN) } else { CHAIN };
+        // A line never mixes rows, unless each has but one entry.
+        let lines =
+            places.chunks(if width > 1 { width } else { places.len() }).flat_map(|row| row.chunks(chain));
+        lines.flat_map(|line| C::assign(&line.join(" = "), &zero)).collect()
+    }
 }
 
 impl Dialect for C<'_> {
@@ -336,34 +376,49 @@ impl Dialect for C<'_> {
         C::choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        const CHAIN: usize = 4;
-        let zero = self.literal(&Exact::ZERO);
-        let width: usize = columns.iter().map(Range::len).sum();
-        let each = |index: &str, range: &Range<usize>| {
-            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
-        };
-        let name = part.name();
-        if part == Part::Force && rows.len() > CHAIN {
-            return vec![format!("{} out->{name}[i] = {zero};", each("i", rows))];
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+        let count = self.signature.freedoms();
+        let zeros: usize = rows.iter().flat_map(|(_, runs)| runs).map(Range::len).sum();
+        let together = together(rows);
+        // Scattered zeros: gcc stores whole rows wide, and then does so with what is not zero, too.
+        if part != Part::Force && together.len() > 1 && 5 * zeros >= rows.len() * count {
+            let whole = 0..count;
+            let blocks = rows.chunk_by(|(x, _), (y, _)| x + 1 == *y);
+            let block = |rows: &[(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
+            return blocks.flat_map(|rows| self.zeros(part, &block(rows), from_ref(&whole))).collect();
         }
-        if let [run] = columns {
-            if width > CHAIN && rows.len() == 1 {
-                return vec![format!("{} out->{name}[{}][j] = {zero};", each("j", run), rows.start)];
+        together.into_iter().flat_map(|(rows, runs)| self.zeros(part, &rows, runs)).collect()
+    }
+
+    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {
+        let mut lines = vec![format!("{}[{}] = {{", self.declare(variable), values.len())];
+        let mut line = String::new();
+        for value in values {
+            if !line.is_empty() && line.len() + value.len() + "     ,".len() > WIDTH {
+                lines.push(format!("    {}", line.trim_end()));
+                line.clear();
             }
-            if width * rows.len() > 2 * CHAIN {
-                return vec![each("i", rows), format!("    {} out->{name}[i][j] = {zero};", each("j", run))];
-            }
+            line.push_str(&format!("{value}, "));
         }
-        let entries = rows.clone().flat_map(|row| {
-            columns.iter().cloned().flatten().map(move |column| Output::new(part, row, column))
-        });
-        let places: Vec<String> = entries.map(|output| self.place(output)).collect();
-        let chain = if width > 1 { width.min(CHAIN) } else { CHAIN };
-        // A line never mixes rows, unless each has but one entry.
-        let lines =
-            places.chunks(if width > 1 { width } else { places.len() }).flat_map(|row| row.chunks(chain));
-        lines.flat_map(|line| C::assign(&line.join(" = "), &zero)).collect()
+        lines.push(format!("    {}", line.trim_end()));
+        lines.push("};".to_owned());
+        lines
+    }
+
+    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
+        let (part, columns, count) = (part.name(), &columns.name, self.signature.freedoms());
+        let j = unlike(["j", "k", "n"], [factor, columns]);
+        let each = format!("for (int {j} = 0; {j} < {count}; {j}++)");
+        C::body(each, format!("out->{part}[{row}][{j}] = {factor} * {columns}[{j}];"))
+    }
+
+    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
+        let (part, count) = (part.name(), self.signature.freedoms());
+        let back = rows.start - from;
+        vec![
+            format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),
+            format!("    for (int j = 0; j < {count}; j++) out->{part}[i][j] = -out->{part}[i - {back}][j];"),
+        ]
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

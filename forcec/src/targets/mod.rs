@@ -104,9 +104,7 @@ fn reads(schedule: &Schedule) -> (Vec<bool>, bool) {
     let mut parameters = false;
     let mut pending: Vec<&Expression> = Vec::new();
     for statement in &schedule.statements {
-        if let Statement::Let(_, value) | Statement::Store(_, value) = statement {
-            pending.push(value);
-        }
+        pending.extend(statement.expressions());
         while let Some(expression) = pending.pop() {
             if let Expression::Input(slot) = expression {
                 match bodies.get_mut(slot.argument as usize) {

@@ -9,7 +9,7 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
-use crate::schedule::print::{self, Dialect};
+use crate::schedule::print::{self, Dialect, together, unlike};
 use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
@@ -21,6 +21,9 @@ use std::ops::Range;
 
 /// The width rustfmt breaks lines at.
 const WIDTH: usize = 100;
+
+/// What stands in a module is indented by this.
+const INDENT: &str = "    ";
 
 /// The whole file: body types, then the kernels.
 pub fn module(file: &File) -> String {
@@ -107,10 +110,19 @@ fn constants(kernel: &Kernel) -> String {
     let counts = [count.add, count.mul, count.div, count.sqrt, count.call, count.neg];
     let mut nonzero = [Part::Dfdx, Part::Dfdv].map(|part| (part, vec![vec![b'.'; freedoms]; freedoms]));
     for statement in &schedule.statements {
-        let Statement::Store(output, _) = statement else { continue };
-        let found = nonzero.iter_mut().find(|(part, _)| *part == output.part);
-        if let Some((_, rows)) = found {
-            rows[output.row][output.column] = b'x';
+        let (part, rows) = match statement {
+            Statement::Store(output, _) => (output.part, output.row..output.row + 1),
+            Statement::Scaled { part, row, .. } => (*part, *row..*row + 1),
+            Statement::Negated { part, rows, .. } => (*part, rows.clone()),
+            _ => continue,
+        };
+        let Some((_, matrix)) = nonzero.iter_mut().find(|(found, _)| *found == part) else { continue };
+        for row in rows.clone() {
+            match statement {
+                Statement::Store(output, _) => matrix[row][output.column] = b'x',
+                Statement::Negated { from, .. } => matrix[row] = matrix[from + row - rows.start].clone(),
+                _ => matrix[row].fill(b'x'),
+            }
         }
     }
     let [dfdx, dfdv] =
@@ -128,7 +140,7 @@ fn constants(kernel: &Kernel) -> String {
     let mut names = |summary: &str, name: &str, items: &mut dyn Iterator<Item = String>| {
         let items: Vec<String> = items.map(|item| format!("{item:?}")).collect();
         let declared = format!("{name}: [&str; {}]", items.len());
-        constant(summary, &declared, &list(&items));
+        constant(summary, &declared, &list(&items, INDENT));
     };
     names("What the kernel computes.", "FORMULAS", &mut kernel.formulas.iter().cloned());
     names("The bodies, in argument order.", "BODIES", &mut bodies.into_iter());
@@ -143,42 +155,42 @@ fn constants(kernel: &Kernel) -> String {
     constant(
         "Additions, multiplications, divisions, square roots, calls and negations.",
         "OPERATIONS: [usize; 6]",
-        &list(&counts),
+        &list(&counts, INDENT),
     );
     text
 }
 
-/// An array as rustfmt would set it as the value of a constant.
-fn list(items: &[String]) -> String {
+/// An array as rustfmt would set it as the value of a constant or a variable.
+fn list(items: &[String], indent: &str) -> String {
     /// rustfmt's `array_width`.
     const ARRAY: usize = 60;
     /// rustfmt's `short_array_element_width_threshold`.
     const SHORT: usize = 10;
-    const INDENT: &str = "        ";
+    let inner = format!("{indent}    ");
     let line = items.join(", ");
     let width = |text: &str| text.chars().count();
-    let single = items.len() == 1 && INDENT.len() + width(&line) + "[];".len() <= WIDTH;
+    let single = items.len() == 1 && inner.len() + width(&line) + "[];".len() <= WIDTH;
     if width(&line) <= ARRAY || single {
         return format!("[{line}]");
     }
     let mut text = String::from("[\n");
     if items.iter().any(|item| width(item) > SHORT) {
-        items.iter().for_each(|item| text.push_str(&format!("{INDENT}{item},\n")));
+        items.iter().for_each(|item| text.push_str(&format!("{inner}{item},\n")));
     } else {
         let mut line = String::new();
         for (index, item) in items.iter().enumerate() {
             // A space follows every item but the last.
             let end = if index + 1 == items.len() { " ,".len() } else { " , ".len() };
-            if !line.is_empty() && INDENT.len() + width(&line) + width(item) + end > WIDTH {
-                text.push_str(&format!("{INDENT}{line}\n"));
+            if !line.is_empty() && inner.len() + width(&line) + width(item) + end > WIDTH {
+                text.push_str(&format!("{inner}{line}\n"));
                 line.clear();
             }
             let space = if line.is_empty() { "" } else { " " };
             line.push_str(&format!("{space}{item},"));
         }
-        text.push_str(&format!("{INDENT}{line}\n"));
+        text.push_str(&format!("{inner}{line}\n"));
     }
-    text.push_str("    ]");
+    text.push_str(&format!("{indent}]"));
     text
 }
 
@@ -397,6 +409,35 @@ impl Rust<'_> {
             "};".to_owned(),
         ]
     }
+
+    /// The same runs of columns in each of some rows become zero.
+    fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
+        let count = self.signature.freedoms();
+        let all = |range: &Range<usize>| range.len() == count;
+        let name = part.name();
+        // An entry, some entries or all entries of a place of `count` reals become zero.
+        let fill = |place: &str, whole: &str, range: &Range<usize>| match range.len() {
+            _ if all(range) && count > 1 => format!("{whole} = [0.0; {count}];"),
+            1 => format!("{place}[{}] = 0.0;", range.start),
+            _ => format!("{place}[{}..{}].fill(0.0);", range.start, range.end),
+        };
+        if part == Part::Force {
+            let place = format!("out.{name}");
+            return vec![fill(&place, &place, rows)];
+        }
+        if all(rows) && columns.iter().all(all) {
+            return vec![format!("out.{name} = [[0.0; {count}]; {count}];")];
+        }
+        if rows.len() == 1 {
+            let place = format!("out.{name}[{}]", rows.start);
+            return columns.iter().map(|run| fill(&place, &place, run)).collect();
+        }
+        let range = if all(rows) { String::new() } else { format!("[{}..{}]", rows.start, rows.end) };
+        let mut lines = vec![format!("for row in &mut out.{name}{range} {{")];
+        lines.extend(columns.iter().map(|run| format!("    {}", fill("row", "*row", run))));
+        lines.push("}".to_owned());
+        lines
+    }
 }
 
 impl Dialect for Rust<'_> {
@@ -441,32 +482,26 @@ impl Dialect for Rust<'_> {
         self.choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        let count = self.signature.freedoms();
-        let all = |range: &Range<usize>| range.len() == count;
-        let name = part.name();
-        // An entry, some entries or all entries of a place of `count` reals become zero.
-        let fill = |place: &str, whole: &str, range: &Range<usize>| match range.len() {
-            _ if all(range) && count > 1 => format!("{whole} = [0.0; {count}];"),
-            1 => format!("{place}[{}] = 0.0;", range.start),
-            _ => format!("{place}[{}..{}].fill(0.0);", range.start, range.end),
-        };
-        if part == Part::Force {
-            let place = format!("out.{name}");
-            return vec![fill(&place, &place, rows)];
-        }
-        if all(rows) && columns.iter().all(all) {
-            return vec![format!("out.{name} = [[0.0; {count}]; {count}];")];
-        }
-        if rows.len() == 1 {
-            let place = format!("out.{name}[{}]", rows.start);
-            return columns.iter().map(|run| fill(&place, &place, run)).collect();
-        }
-        let range = if all(rows) { String::new() } else { format!("[{}..{}]", rows.start, rows.end) };
-        let mut lines = vec![format!("for row in &mut out.{name}{range} {{")];
-        lines.extend(columns.iter().map(|run| format!("    {}", fill("row", "*row", run))));
-        lines.push("}".to_owned());
-        lines
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+        together(rows).into_iter().flat_map(|(rows, runs)| self.zeros(part, &rows, runs)).collect()
+    }
+
+    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {
+        let indent = " ".repeat(self.indent);
+        let text = format!("{indent}let {} = {};", variable.name, list(values, &indent));
+        text.lines().map(|line| line[self.indent..].to_owned()).collect()
+    }
+
+    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
+        let (part, columns) = (part.name(), &columns.name);
+        let x = unlike(["x", "entry", "column"], [factor, columns]);
+        vec![format!("out.{part}[{row}] = {columns}.map(|{x}| {factor} * {x});")]
+    }
+
+    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
+        let part = part.name();
+        let pairs = rows.clone().zip(from..);
+        pairs.map(|(row, other)| format!("out.{part}[{row}] = out.{part}[{other}].map(|x| -x);")).collect()
     }
 
     fn remark(&self, text: &str) -> Vec<String> {
