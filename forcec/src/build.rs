@@ -148,8 +148,7 @@ impl Build {
             },
         };
         let found = files::read_all(&self.inputs);
-        let (units, diagnostics) =
-            files::compile_all(found.sources, &|_| true, &self.request, &mut |_| {});
+        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, &self.request, &mut |_| {});
         let mut others = found.errors;
         if diagnostics.is_empty() && others.is_empty() {
             others.extend(files::duplicates(&units));

@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::Kernel;
 use crate::optimize::{Effort, Optimized, Plan, Step, optimize};
-use crate::outputs::Part;
+use crate::outputs::{Axis, Part};
 use crate::scalar::Program;
 use crate::schedule::schedule;
 use crate::span::Source;
@@ -106,9 +106,25 @@ pub fn compile_file(
     let checked = check::check_knowing(file, &request.known, wanted)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let functions = definitions.map(|definition| stages(file, definition, &request)).collect();
+    let definitions: Vec<Definition> = definitions.collect();
+    let valueless = definitions.iter().filter_map(|definition| valueless(definition, &request.outputs));
+    let errors: Vec<Diagnostic> = valueless.collect();
+    if !errors.is_empty() {
+        return Err(Diagnostics::new(file.source.clone(), errors));
+    }
+    let functions = definitions.into_iter().map(|definition| stages(file, definition, &request)).collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
+}
+
+/// That a force has no value is an error where its value is wanted.
+fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
+    let wanted = outputs.iter().any(|part| part.row().rows == Axis::Row);
+    (wanted && definition.law.rows() == 0).then(|| {
+        let message = format!("the force `{}` has neither value nor jacobian", definition.name);
+        Diagnostic::error(definition.span, message, "only constraints and energies have")
+            .help("name the other functions with `--only`, or ask for `force`, `dfdx` and `dfdv`")
+    })
 }
 
 fn stages(file: &syntax::ast::File, definition: Definition, request: &Request) -> Stages {

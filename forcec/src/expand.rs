@@ -294,9 +294,8 @@ fn compiled(
 ) -> TokenStream {
     let places = Places::new(tokens);
     let source = Source::new(reading.name, places.text.as_str());
-    let result = syntax::from_items(source, attributes, items, |span| places.of(span)).and_then(|ast| {
-        Ok((compile_file(&ast, &|_| true, Effort::Default)?, ast))
-    });
+    let result = syntax::from_items(source, attributes, items, |span| places.of(span))
+        .and_then(|ast| Ok((compile_file(&ast, &|_| true, Effort::Default)?, ast)));
     match result {
         Ok((compiled, _)) if compiled.functions.is_empty() => {
             let here = proc_macro2::Span::call_site();

@@ -5,6 +5,7 @@
 
 use crate::bodies::Signature;
 use std::fmt;
+use std::ops::Range;
 
 /// One of the results of a kernel.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -105,9 +106,25 @@ impl Part {
     /// What kernels compute unless told otherwise.
     pub const DEFAULT: [Part; 3] = [Part::Force, Part::Dfdx, Part::Dfdv];
 
-    /// The result of that name.
-    pub fn named(name: &str) -> Option<Part> {
-        PARTS.iter().find(|row| row.name == name).map(|row| row.part)
+    /// What may be asked for, and what it stands for: `value` is C with its rate.
+    pub const CHOICES: [(&'static str, &'static [Part]); 5] = [
+        ("value", &[Part::Value, Part::Rate]),
+        ("jacobian", &[Part::Jacobian]),
+        ("force", &[Part::Force]),
+        ("dfdx", &[Part::Dfdx]),
+        ("dfdv", &[Part::Dfdv]),
+    ];
+
+    /// The results that were asked for by name, in the order of the table; or the first name that is none.
+    pub fn chosen<'n>(names: impl IntoIterator<Item = &'n str>) -> Result<Vec<Part>, &'n str> {
+        let mut parts = Vec::new();
+        for name in names {
+            let (_, found) = Part::CHOICES.iter().find(|(own, _)| *own == name).ok_or(name)?;
+            parts.extend_from_slice(found);
+        }
+        parts.sort_unstable();
+        parts.dedup();
+        Ok(parts)
     }
 
     /// Its row.
@@ -132,6 +149,12 @@ impl Part {
             Axis::Coordinate => signature.freedoms(),
         };
         (length(self.row().rows), self.row().columns.map_or(1, length))
+    }
+
+    /// How many entries it has.
+    pub fn length(self, signature: &Signature) -> usize {
+        let (rows, columns) = self.shape(signature);
+        rows * columns
     }
 
     /// Whether it is a list and no matrix.
@@ -165,14 +188,23 @@ impl Output {
 
     /// What a person calls it: `dfdx[a.ry][b.x]`, `jacobian[2][b.x]`.
     pub fn named(self, signature: &Signature) -> String {
-        let coordinates = signature.coordinate_names();
-        let label = |axis: Axis, index: usize| match axis {
-            Axis::Row => index.to_string(),
-            Axis::Coordinate => coordinates[index].clone(),
-        };
+        let label = |axis: Axis, index: usize| span(axis, &(index..index + 1), signature);
         let row = self.part.row();
         let column = row.columns.map_or_else(String::new, |axis| format!("[{}]", label(axis, self.column)));
         format!("{}[{}]{column}", row.name, label(row.rows, self.row))
+    }
+}
+
+/// What a person calls rows or columns of a result: `a.x .. a.rz`, `0 .. 2`.
+pub fn span(axis: Axis, range: &Range<usize>, signature: &Signature) -> String {
+    let coordinates = signature.coordinate_names();
+    let label = |index: usize| match axis {
+        Axis::Row => index.to_string(),
+        Axis::Coordinate => coordinates[index].clone(),
+    };
+    match range.len() {
+        1 => label(range.start),
+        _ => format!("{} .. {}", label(range.start), label(range.end - 1)),
     }
 }
 

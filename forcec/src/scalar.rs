@@ -8,7 +8,7 @@
 use crate::bodies::{Signature, Slot};
 use crate::exact::{self, Exact};
 use crate::ops::{Cost, Function};
-use crate::outputs::{Array, Part};
+use crate::outputs::{Array, Output, Part};
 use crate::vector::Comparison;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
@@ -484,13 +484,26 @@ impl Program {
         self.arrays.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
     }
 
+    /// A program all of whose outputs are one node.
+    pub fn filled(signature: Signature, graph: Graph, parts: &[Part], id: Id) -> Program {
+        let array = |part: &Part| {
+            let entries = vec![id; part.length(&signature)];
+            Array { part: *part, columns: part.shape(&signature).1, entries }
+        };
+        let arrays = parts.iter().map(array).collect();
+        Program { signature, graph, arrays }
+    }
+
+    /// Changes one output. Panics if it is not computed.
+    pub fn set(&mut self, output: Output, id: Id) {
+        let array = self.arrays.iter_mut().find(|array| array.part == output.part);
+        let array = array.expect("a result that is computed");
+        array.entries[output.row * array.columns + output.column] = id;
+    }
+
     /// The same outputs over no nodes yet.
     pub fn outline(&self) -> Program {
-        Program {
-            signature: self.signature.clone(),
-            graph: Graph::default(),
-            arrays: self.arrays.clone(),
-        }
+        Program { signature: self.signature.clone(), graph: Graph::default(), arrays: self.arrays.clone() }
     }
 
     /// Replaces every output.

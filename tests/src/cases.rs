@@ -7,8 +7,9 @@ use crate::{ForceFile, Random, pipe};
 use forcec::bodies::Signature;
 use forcec::compile::Stages;
 use forcec::kernel::Precision;
+use forcec::outputs::Part;
 use forcec::verify::probe::Probe;
-use forcec::verify::{Array, Family, Inputs, Subject};
+use forcec::verify::{Family, Inputs, Subject};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
@@ -113,7 +114,7 @@ pub struct Miss {
     /// The kernel.
     pub kernel: String,
     /// The array.
-    pub array: Array,
+    pub array: Part,
     /// The entry of it that is furthest off.
     pub entry: String,
     /// What kind of state it is.
@@ -146,7 +147,7 @@ pub fn misses(function: &Stages, precision: Precision, case: &Case, computed: &[
     let subject = Subject { source: &function.source, program: &function.program };
     let probe = Probe::new(&subject);
     let mut worst: Vec<Miss> = Vec::new();
-    for array in Array::ALL {
+    for array in Part::DEFAULT {
         let entries: Vec<usize> = (0..computed.len()).filter(|at| probe.name(*at).0 == array).collect();
         let largest = entries.iter().map(|at| case.expected[*at].abs()).fold(0.0, f64::max);
         let miss = |at: usize| {

@@ -7,6 +7,7 @@
 use forcec::bodies::Signature;
 use forcec::identifiers::kernel_name;
 use forcec::kernel::{File, Precision, Target};
+use forcec::outputs::Part;
 use std::fmt::Write;
 
 /// How many reals a kernel takes.
@@ -17,9 +18,8 @@ pub fn inputs(signature: &Signature) -> usize {
 }
 
 /// How many reals a kernel gives.
-pub fn outputs(signature: &Signature) -> usize {
-    let n = signature.freedoms();
-    n + 2 * n * n
+pub fn outputs(signature: &Signature, parts: &[Part]) -> usize {
+    parts.iter().map(|part| part.length(signature)).sum()
 }
 
 const C_HEAD: &str = "\

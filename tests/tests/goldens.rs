@@ -81,7 +81,10 @@ fn stage(compiled: &Compiled, stem: &str, stage: &str) -> String {
         "ast" => each(&|function| function.ast.clone()),
         "graph" => each(&|function| function.definition.graph.to_string()),
         "derivative" => each(&|function| {
-            text::derivative(&mut derive(&function.definition, function.formulation), Dialect::Text)
+            text::derivative(
+                &mut derive(&function.definition, &function.outputs(), function.formulation),
+                Dialect::Text,
+            )
         }),
         "optimized" => each(&|function| function.program.to_string()),
         "schedule" => each(&|function| function.kernel.schedule.to_string()),

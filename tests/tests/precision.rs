@@ -3,6 +3,7 @@
 
 use forcec::bodies::Slot;
 use forcec::compile::Stages;
+use forcec::outputs::Part;
 use forcec::verify::Subject;
 use forcec::verify::probe::Probe;
 use forcec_tests::{Random, library};
@@ -65,7 +66,7 @@ fn error(function: &Stages, probe: &Probe, inputs: &[f64]) -> f64 {
     let exact = probe.program(inputs);
     let force = &exact[..signature.freedoms()];
     let largest = force.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let errors = force.iter().zip(&computed.force).map(|(x, y)| (x - f64::from(*y)).abs());
+    let errors = force.iter().zip(computed.part(Part::Force)).map(|(x, y)| (x - f64::from(*y)).abs());
     errors.fold(0.0, f64::max) / largest
 }
 

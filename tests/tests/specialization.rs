@@ -74,7 +74,11 @@ fn differences(file: &ForceFile) -> Vec<String> {
         let subject = subject(general);
         let state = Probe::new(&subject).draw(Family::Random, 3, 0);
         for known in ways(&general.program.signature, &state) {
-            let compiled = compile_file(&tree, &|wanted| wanted == name, Request { known: known.clone(), ..Request::default() });
+            let compiled = compile_file(
+                &tree,
+                &|wanted| wanted == name,
+                Request { known: known.clone(), ..Request::default() },
+            );
             let compiled = compiled.unwrap_or_else(|errors| panic!("{name}, {known:?}:\n{errors}"));
             let special = &compiled.functions[0];
             let apart = furthest(general, special, 3);

@@ -8,10 +8,11 @@ mod input;
 mod show;
 mod stats;
 
+use crate::compile::Request;
 use crate::exact::Exact;
 use crate::kernel::{Precision, Target};
-use crate::compile::Request;
 use crate::optimize::{Effort, LOWER, PASSES, Plan};
+use crate::outputs::Part;
 use crate::specialize::Specialization;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
@@ -81,6 +82,9 @@ struct Search {
     /// Only these passes of the optimiser, in their own order
     #[arg(long, value_name = "PASS,…", value_delimiter = ',', value_parser = pass)]
     passes: Option<Vec<String>>,
+    /// What kernels compute, of value, jacobian, force, dfdx and dfdv; `value` is C, or E, and its rate
+    #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', value_parser = output)]
+    outputs: Option<Vec<String>>,
     /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
     #[arg(long, value_name = "BODY")]
     fixed: Vec<String>,
@@ -98,8 +102,18 @@ impl Search {
             None => plan,
         };
         let known = Specialization { fixed: self.fixed.clone(), set: self.set.clone() };
-        Request { plan, known, ..Request::default() }
+        let chosen = self.outputs.as_ref().map(|names| Part::chosen(names.iter().map(String::as_str)));
+        let outputs = chosen.and_then(Result::ok).unwrap_or_else(|| Part::DEFAULT.to_vec());
+        Request { plan, known, outputs }
     }
+}
+
+/// An output of this name.
+fn output(name: &str) -> Result<String, String> {
+    Part::chosen([name]).map(|_| name.to_owned()).map_err(|_| {
+        let names: Vec<&str> = Part::CHOICES.iter().map(|(name, _)| *name).collect();
+        format!("the outputs are {}", names.join(", "))
+    })
 }
 
 /// A pass of this name.

@@ -21,7 +21,7 @@ pub(super) fn build(signature: &Signature, mut items: Items) -> Schedule {
     let nonzero = distinct.len();
     distinct.sort_unstable();
     distinct.dedup();
-    let rows = rows::find(&mut items, signature.freedoms());
+    let rows = rows::find(&mut items, signature);
     let own_line = own_line(signature, &items, &rows);
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
@@ -42,7 +42,14 @@ pub(super) fn build(signature: &Signature, mut items: Items) -> Schedule {
     };
     builder.outputs();
     let Builder { variables, statements, .. } = builder;
-    Schedule { signature: signature.clone(), nonzero, distinct: distinct.len(), variables, statements }
+    Schedule {
+        signature: signature.clone(),
+        parts: items.parts,
+        variables,
+        statements,
+        nonzero,
+        distinct: distinct.len(),
+    }
 }
 
 /// Which items are written on a line of their own: what is used twice or named, and what no line can hold.
@@ -148,8 +155,8 @@ impl Builder<'_> {
         let rows = self.rows;
         // What loops write needs little, and the processor computes the next part meanwhile.
         let looped = |part: &Part| rows.scaled.iter().any(|scaled| scaled.part == *part);
-        let mut parts = [Part::Force, Part::Dfdx, Part::Dfdv];
-        parts[1..].sort_by_key(|part| !looped(part));
+        let mut parts = self.items.parts.clone();
+        parts.sort_by_key(|part| !part.is_list() && !looped(part));
         for part in parts {
             self.statements.push(Statement::Heading(part));
             self.zeros(part);
@@ -200,7 +207,7 @@ impl Builder<'_> {
                     Some(run) if run.end == *column => run.end += 1,
                     _ => runs.push(*column..column + 1),
                 },
-                _ => rows.push((*row, Vec::from_iter([*column..column + 1]))),
+                _ => rows.push((*row, Vec::from_iter(std::iter::once(*column..column + 1)))),
             }
         }
         if !rows.is_empty() {

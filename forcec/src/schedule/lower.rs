@@ -8,8 +8,8 @@
 use crate::bodies::Slot;
 use crate::exact::Exact;
 use crate::ops::{Cost, Function};
+use crate::outputs::{Array, Output, Part};
 use crate::scalar::{Id, Node, Program};
-use crate::outputs::{Array, Output};
 use crate::vector::Comparison;
 use rustc_hash::FxHashMap;
 
@@ -76,6 +76,8 @@ pub(super) struct Items {
     pub(super) uses: Vec<u32>,
     /// The base and exponent of the items that are powers.
     pub(super) powers: FxHashMap<ItemId, (ItemId, u32)>,
+    /// What is computed, in order.
+    pub(super) parts: Vec<Part>,
     /// Every output, in the order of the parts and rows.
     pub(super) outputs: Vec<(Output, Edge)>,
 }
@@ -111,7 +113,8 @@ pub(super) fn lower(program: &Program) -> Items {
     for item in reads.chain(outputs.iter().map(|(_, edge)| edge.item)) {
         uses[item as usize] += 1;
     }
-    Items { items, sources, uses, powers, outputs }
+    let parts = program.arrays.iter().map(|array| array.part).collect();
+    Items { items, sources, uses, powers, parts, outputs }
 }
 
 /// How often each node is read by a live node or an output; multiples are seen through.

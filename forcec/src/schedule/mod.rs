@@ -207,6 +207,8 @@ impl Statement {
 pub struct Schedule {
     /// The arguments.
     pub signature: Signature,
+    /// What is computed, in order.
+    pub parts: Vec<Part>,
     /// The temporaries.
     pub variables: Vec<Variable>,
     /// The steps, in order.
@@ -226,15 +228,15 @@ pub fn schedule(program: &Program) -> Schedule {
 impl Schedule {
     /// The operations written in the statements; those of a loop count as often as it runs.
     pub fn operations(&self) -> Operations {
-        let count = self.signature.freedoms();
+        let count = |part: &Part| part.shape(&self.signature).1;
         let mut total = Operations::default();
         for statement in &self.statements {
             match statement {
-                Statement::Scaled { factor, .. } => {
-                    total.mul += count;
-                    total.neg += count * factor.operations().neg;
+                Statement::Scaled { part, factor, .. } => {
+                    total.mul += count(part);
+                    total.neg += count(part) * factor.operations().neg;
                 }
-                Statement::Negated { rows, .. } => total.neg += rows.len() * count,
+                Statement::Negated { part, rows, .. } => total.neg += rows.len() * count(part),
                 _ => statement.expressions().iter().for_each(|value| total += value.operations()),
             }
         }

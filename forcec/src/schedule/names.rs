@@ -9,8 +9,8 @@ use crate::bodies::{Role, Signature, Slot};
 use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, is_no_local, spelled};
 use crate::ops::Function;
-use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::outputs::Output;
+use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
 

@@ -6,6 +6,7 @@
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
+use crate::outputs::span;
 use crate::schedule::{Expression, Output, Part, Statement, Variable};
 use crate::vector::Comparison;
 use std::ops::Range;
@@ -243,17 +244,6 @@ impl Printer<'_> {
 /// The text form of a schedule: bare assignments.
 pub(super) struct Plain<'a>(pub(super) &'a Signature);
 
-impl Plain<'_> {
-    /// Coordinates by their names.
-    fn span(&self, range: &Range<usize>) -> String {
-        let names = self.0.coordinate_names();
-        match range.len() {
-            1 => names[range.start].clone(),
-            _ => format!("{} .. {}", names[range.start], names[range.end - 1]),
-        }
-    }
-}
-
 impl Dialect for Plain<'_> {
     fn literal(&self, value: &Exact) -> String {
         value.to_string()
@@ -287,10 +277,7 @@ impl Dialect for Plain<'_> {
     }
 
     fn store(&self, output: Output, value: &str) -> Vec<String> {
-        let names = self.0.coordinate_names();
-        let column =
-            if output.part == Part::Force { String::new() } else { format!("[{}]", names[output.column]) };
-        vec![format!("{}[{}]{column} = {value}", output.part.name(), names[output.row])]
+        vec![format!("{} = {value}", output.named(self.0))]
     }
 
     fn define_select(&self, variable: &Variable, [c, x, y]: [&str; 3]) -> Vec<String> {
@@ -303,9 +290,11 @@ impl Dialect for Plain<'_> {
 
     fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
         let line = |(rows, runs): (Range<usize>, &[Range<usize>])| {
-            let runs: Vec<String> = runs.iter().map(|run| self.span(run)).collect();
-            let columns = if part == Part::Force { String::new() } else { format!("[{}]", runs.join(", ")) };
-            format!("{}[{}]{columns} = 0", part.name(), self.span(&rows))
+            let columns = part.row().columns.map_or_else(String::new, |axis| {
+                let runs: Vec<String> = runs.iter().map(|run| span(axis, run, self.0)).collect();
+                format!("[{}]", runs.join(", "))
+            });
+            format!("{part}[{}]{columns} = 0", span(part.row().rows, &rows, self.0))
         };
         together(rows).into_iter().map(line).collect()
     }
@@ -315,12 +304,14 @@ impl Dialect for Plain<'_> {
     }
 
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
-        vec![format!("{}[{}] = {factor} * {}", part.name(), self.span(&(row..row + 1)), columns.name)]
+        let row = span(part.row().rows, &(row..row + 1), self.0);
+        vec![format!("{part}[{row}] = {factor} * {}", columns.name)]
     }
 
     fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
-        let (part, others) = (part.name(), self.span(&(from..from + rows.len())));
-        vec![format!("{part}[{}] = -{part}[{others}]", self.span(rows))]
+        let [rows, others] =
+            [rows, &(from..from + rows.len())].map(|rows| span(part.row().rows, rows, self.0));
+        vec![format!("{part}[{rows}] = -{part}[{others}]")]
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

@@ -4,6 +4,7 @@
 //! instructions of loops. What acts on two bodies acts on both with the same force, so half of their rows are often
 //! the negatives of the others; what acts along one direction has a ∂F/∂V of rank one.
 
+use crate::bodies::Signature;
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::{Output, Part};
 use std::ops::Range;
@@ -42,14 +43,16 @@ impl Rows {
 }
 
 /// Finds the rows that follow from others and takes their outputs away from the items.
-pub(super) fn find(items: &mut Items, count: usize) -> Rows {
+pub(super) fn find(items: &mut Items, signature: &Signature) -> Rows {
     let mut rows = Rows::default();
-    for part in [Part::Dfdx, Part::Dfdv] {
+    for part in items.parts.clone().into_iter().filter(|part| !part.is_list()) {
+        let (rows_of_part, count) = part.shape(signature);
         let entries = items.outputs.iter().filter(|(output, _)| output.part == part).map(|(_, edge)| *edge);
         let entries: Vec<Edge> = entries.collect();
-        let matrix: Vec<&[Edge]> = entries.chunks(count).collect();
+        let matrix: Vec<&[Edge]> = entries.chunks(count.max(1)).collect();
         rows.negated.extend(negated(items, part, &matrix));
-        let free: Vec<usize> = (0..count).filter(|&row| !rows.cover(Output::new(part, row, 0))).collect();
+        let free: Vec<usize> =
+            (0..rows_of_part).filter(|&row| !rows.cover(Output::new(part, row, 0))).collect();
         rows.scaled.extend(scaled(items, part, &matrix, &free));
     }
     let outputs = std::mem::take(&mut items.outputs);

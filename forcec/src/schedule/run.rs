@@ -4,19 +4,20 @@ use crate::bodies::Slot;
 use crate::eval::{Outputs, Value};
 use crate::exact::Exact;
 use crate::number::Number;
+use crate::outputs::Array;
 use crate::schedule::{Expression, Output, Part, Schedule, Statement};
 
 impl Schedule {
     /// Every output, given the arguments. `None` if some entry is never written: a defect of the schedule.
     pub fn evaluate<N: Number>(&self, inputs: &dyn Fn(Slot) -> N) -> Option<Outputs<N>> {
-        let count = self.signature.freedoms();
         let mut names: Vec<Option<Value<N>>> = vec![None; self.variables.len()];
         let mut columns: Vec<Vec<N>> = vec![Vec::new(); self.variables.len()];
-        let mut outputs: Vec<Option<N>> = vec![None; count + 2 * count * count];
-        let at = |part: Part, row: usize, column: usize| match part {
-            Part::Force => row,
-            Part::Dfdx => count + row * count + column,
-            Part::Dfdv => count + (count + row) * count + column,
+        let shape = |part: &Part| part.shape(&self.signature);
+        let length = |part: &Part| part.length(&self.signature);
+        let mut outputs: Vec<Option<N>> = vec![None; self.parts.iter().map(length).sum()];
+        let at = |part: Part, row: usize, column: usize| {
+            let before = self.parts.iter().take_while(|other| **other != part);
+            before.map(length).sum::<usize>() + row * shape(&part).1 + column
         };
         for statement in &self.statements {
             match statement {
@@ -43,7 +44,7 @@ impl Schedule {
                 }
                 Statement::Negated { part, rows, from } => {
                     for (index, row) in rows.clone().enumerate() {
-                        for column in 0..count {
+                        for column in 0..shape(part).1 {
                             let value = outputs[at(*part, from + index, column)].clone()?;
                             outputs[at(*part, row, column)] = Some(-value);
                         }
@@ -52,11 +53,12 @@ impl Schedule {
                 Statement::Heading(_) => {}
             }
         }
-        let outputs: Vec<N> = outputs.into_iter().collect::<Option<_>>()?;
-        let (force, matrices) = outputs.split_at(count);
-        let mut rows = matrices.chunks(count.max(1)).map(<[N]>::to_vec);
-        let dfdx = rows.by_ref().take(count).collect();
-        Some(Outputs { force: force.to_vec(), dfdx, dfdv: rows.collect() })
+        let mut entries = outputs.into_iter();
+        let mut array = |part: &Part| {
+            let entries = entries.by_ref().take(length(part)).collect::<Option<_>>()?;
+            Some(Array { part: *part, columns: shape(part).1, entries })
+        };
+        Some(Outputs(self.parts.iter().map(&mut array).collect::<Option<_>>()?))
     }
 }
 

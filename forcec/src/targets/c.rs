@@ -11,7 +11,7 @@ use crate::ops::Function;
 use crate::schedule::print::{self, Dialect, together, unlike};
 use crate::schedule::{Output, Part, Variable};
 use crate::targets::routine::{Routine, Way, routine};
-use crate::targets::{PARTS, body, decimal, field_summary, parameter_summary, reads, slot_path, template};
+use crate::targets::{body, decimal, field_summary, parameter_summary, reads, slot_path, template};
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::slice::from_ref;
@@ -137,11 +137,12 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
         }
         text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
     }
-    let freedoms = signature.freedoms();
     text.push_str("typedef struct {\n");
-    for (part, matrix, summary) in PARTS {
-        let extents = if matrix { format!("[{freedoms}][{freedoms}]") } else { format!("[{freedoms}]") };
-        text.push_str(&format!("    {real} {part}{extents}; /* {} */\n", summary.replace('`', "")));
+    for &part in &kernel.schedule.parts {
+        let (rows, columns) = part.shape(signature);
+        let extents = if part.is_list() { format!("[{rows}]") } else { format!("[{rows}][{columns}]") };
+        let summary = part.row().summary.replace('`', "");
+        text.push_str(&format!("    {real} {part}{extents}; /* {summary} */\n"));
     }
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
     text.push_str(&comment(&kernel.docs, ""));
@@ -276,10 +277,8 @@ impl C<'_> {
     }
 
     fn place(&self, output: Output) -> String {
-        match output.part {
-            Part::Force => format!("out->force[{}]", output.row),
-            part => format!("out->{}[{}][{}]", part.name(), output.row, output.column),
-        }
+        let Output { part, row, column } = output;
+        if part.is_list() { format!("out->{part}[{row}]") } else { format!("out->{part}[{row}][{column}]") }
     }
 
     fn declare(&self, variable: &Variable) -> String {
@@ -317,7 +316,7 @@ impl C<'_> {
             format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
         };
         let name = part.name();
-        if part == Part::Force && rows.len() > CHAIN {
+        if part.is_list() && rows.len() > CHAIN {
             return vec![format!("{} out->{name}[i] = {zero};", each("i", rows))];
         }
         if let [run] = columns {
@@ -377,11 +376,11 @@ impl Dialect for C<'_> {
     }
 
     fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
-        let count = self.signature.freedoms();
+        let count = part.shape(self.signature).1;
         let zeros: usize = rows.iter().flat_map(|(_, runs)| runs).map(Range::len).sum();
         let together = together(rows);
         // Scattered zeros: gcc stores whole rows wide, and then does so with what is not zero, too.
-        if part != Part::Force && together.len() > 1 && 5 * zeros >= rows.len() * count {
+        if !part.is_list() && together.len() > 1 && 5 * zeros >= rows.len() * count {
             let whole = 0..count;
             let blocks = rows.chunk_by(|(x, _), (y, _)| x + 1 == *y);
             let block = |rows: &[(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
@@ -406,14 +405,14 @@ impl Dialect for C<'_> {
     }
 
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
-        let (part, columns, count) = (part.name(), &columns.name, self.signature.freedoms());
+        let (columns, count) = (&columns.name, part.shape(self.signature).1);
         let j = unlike(["j", "k", "n"], [factor, columns]);
         let each = format!("for (int {j} = 0; {j} < {count}; {j}++)");
         C::body(each, format!("out->{part}[{row}][{j}] = {factor} * {columns}[{j}];"))
     }
 
     fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
-        let (part, count) = (part.name(), self.signature.freedoms());
+        let count = part.shape(self.signature).1;
         let back = rows.start - from;
         vec![
             format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),

@@ -163,13 +163,6 @@ fn sentence(text: &str) -> String {
     format!("{first}{}.", letters.as_str())
 }
 
-/// The three arrays of results.
-const PARTS: [(&str, bool, &str); 3] = [
-    ("force", false, "generalised force F, in argument order"),
-    ("dfdx", true, "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j"),
-    ("dfdv", true, "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j"),
-];
-
 /// A body type's name in Rust.
 pub(crate) fn rust_body(row: &BodyRow, precision: Precision) -> String {
     match precision {

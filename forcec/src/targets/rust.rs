@@ -13,8 +13,7 @@ use crate::schedule::print::{self, Dialect, together, unlike};
 use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
-    PARTS, body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path,
-    template,
+    body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path, template,
 };
 use std::f64::consts;
 use std::ops::Range;
@@ -81,19 +80,21 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
             "    ",
         ));
     }
-    let freedoms = signature.freedoms();
-    let fields = PARTS.map(|(part, matrix, summary)| {
-        let row = format!("[{precision}; {freedoms}]");
-        (part.to_owned(), if matrix { format!("[{row}; {freedoms}]") } else { row }, summary.to_owned())
+    let fields = schedule.parts.iter().map(|&part| {
+        let (rows, columns) = part.shape(signature);
+        let row = if part.is_list() { precision.to_string() } else { format!("[{precision}; {columns}]") };
+        (part.to_string(), format!("[{row}; {rows}]"), part.row().summary.to_owned())
     });
+    let extents = schedule.parts.iter().map(|part| part.shape(signature));
+    let short = extents.map(|(rows, columns)| rows.max(columns)).max().unwrap_or(0) <= 32;
     text.push('\n');
-    text.push_str(&structure("Output", "the results", fields.into(), freedoms <= 32, "    "));
+    text.push_str(&structure("Output", "the results", fields.collect(), short, "    "));
     for function in schedule.families() {
         let definition = routine(function, precision).expect("a family is defined");
         text.push('\n');
         text.push_str(&special(function, &definition, precision));
     }
-    text.push_str("\n    /// Computes the force and its derivatives; every entry of `out` is written.\n");
+    text.push_str("\n    /// Computes every entry of `out`.\n");
     text.push_str(&evaluate_head(kernel));
     let dialect = Rust::new(signature, precision, 8);
     text.push_str(&body(&dialect, schedule, "        "));
@@ -108,7 +109,13 @@ fn constants(kernel: &Kernel) -> String {
     let freedoms = signature.freedoms();
     let count = schedule.operations();
     let counts = [count.add, count.mul, count.div, count.sqrt, count.call, count.neg];
-    let mut nonzero = [Part::Dfdx, Part::Dfdv].map(|part| (part, vec![vec![b'.'; freedoms]; freedoms]));
+    let matrices = schedule.parts.iter().filter(|part| !part.is_list());
+    let mut nonzero: Vec<(Part, Vec<Vec<u8>>)> = matrices
+        .map(|part| {
+            let (rows, columns) = part.shape(signature);
+            (*part, vec![vec![b'.'; columns]; rows])
+        })
+        .collect();
     for statement in &schedule.statements {
         let (part, rows) = match statement {
             Statement::Store(output, _) => (output.part, output.row..output.row + 1),
@@ -125,8 +132,6 @@ fn constants(kernel: &Kernel) -> String {
             }
         }
     }
-    let [dfdx, dfdv] =
-        nonzero.map(|(_, rows)| rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned()));
     let bodies = signature.bodies.iter().map(|body| body.name.clone());
     let parameters = signature.given().map(|(_, parameter)| parameter.name.clone());
     let mut text = String::new();
@@ -147,8 +152,11 @@ fn constants(kernel: &Kernel) -> String {
     names("The parameters, in the order of the fields.", "PARAMETERS", &mut parameters.into_iter());
     let coordinates = signature.coordinate_names();
     names("The coordinates, in the order of `force`.", "COORDINATES", &mut coordinates.into_iter());
-    names("Rows of `dfdx`; `.` where an entry is always zero.", "DFDX_NONZERO", &mut dfdx.into_iter());
-    names("Rows of `dfdv`; `.` where an entry is always zero.", "DFDV_NONZERO", &mut dfdv.into_iter());
+    for (part, rows) in nonzero {
+        let summary = format!("Rows of `{part}`; `.` where an entry is always zero.");
+        let mut rows = rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned());
+        names(&summary, &format!("{}_NONZERO", part.name().to_ascii_uppercase()), &mut rows);
+    }
     constant("The name of the force function.", "NAME: &str", &format!("{:?}", kernel.name));
     constant("Degrees of freedom: the length of `force`.", "FREEDOMS: usize", &freedoms.to_string());
     let counts: Vec<String> = counts.iter().map(ToString::to_string).collect();
@@ -380,10 +388,8 @@ impl Rust<'_> {
     }
 
     fn place(&self, output: Output) -> String {
-        match output.part {
-            Part::Force => format!("out.force[{}]", output.row),
-            part => format!("out.{}[{}][{}]", part.name(), output.row, output.column),
-        }
+        let Output { part, row, column } = output;
+        if part.is_list() { format!("out.{part}[{row}]") } else { format!("out.{part}[{row}][{column}]") }
     }
 
     fn assign(&self, left: &str, value: &str) -> Vec<String> {
@@ -412,29 +418,29 @@ impl Rust<'_> {
 
     /// The same runs of columns in each of some rows become zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        let count = self.signature.freedoms();
-        let all = |range: &Range<usize>| range.len() == count;
-        let name = part.name();
-        // An entry, some entries or all entries of a place of `count` reals become zero.
-        let fill = |place: &str, whole: &str, range: &Range<usize>| match range.len() {
-            _ if all(range) && count > 1 => format!("{whole} = [0.0; {count}];"),
+        let (height, width) = part.shape(self.signature);
+        // An entry, some entries or all entries of a place of so many reals become zero.
+        let fill = |place: &str, whole: &str, count: usize, range: &Range<usize>| match range.len() {
+            length if length == count && count > 1 => format!("{whole} = [0.0; {count}];"),
             1 => format!("{place}[{}] = 0.0;", range.start),
             _ => format!("{place}[{}..{}].fill(0.0);", range.start, range.end),
         };
-        if part == Part::Force {
+        let name = part.name();
+        if part.is_list() {
             let place = format!("out.{name}");
-            return vec![fill(&place, &place, rows)];
+            return vec![fill(&place, &place, height, rows)];
         }
-        if all(rows) && columns.iter().all(all) {
-            return vec![format!("out.{name} = [[0.0; {count}]; {count}];")];
+        let whole = rows.len() == height;
+        if whole && columns.iter().all(|run| run.len() == width) {
+            return vec![format!("out.{name} = [[0.0; {width}]; {height}];")];
         }
         if rows.len() == 1 {
             let place = format!("out.{name}[{}]", rows.start);
-            return columns.iter().map(|run| fill(&place, &place, run)).collect();
+            return columns.iter().map(|run| fill(&place, &place, width, run)).collect();
         }
-        let range = if all(rows) { String::new() } else { format!("[{}..{}]", rows.start, rows.end) };
+        let range = if whole { String::new() } else { format!("[{}..{}]", rows.start, rows.end) };
         let mut lines = vec![format!("for row in &mut out.{name}{range} {{")];
-        lines.extend(columns.iter().map(|run| format!("    {}", fill("row", "*row", run))));
+        lines.extend(columns.iter().map(|run| format!("    {}", fill("row", "*row", width, run))));
         lines.push("}".to_owned());
         lines
     }

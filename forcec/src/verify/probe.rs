@@ -7,7 +7,7 @@ use super::big::Big;
 use super::input_errors;
 use super::layout::Layout;
 use super::oracle::{Oracle, Point, Singular};
-use super::report::{Array, Inputs};
+use super::report::Inputs;
 use super::source::Source;
 use super::states::{Family, Random, State, draw};
 use super::tape::Tape;
@@ -17,6 +17,7 @@ use crate::definition::Definition;
 use crate::eval;
 use crate::number::Arithmetic;
 use crate::ops::Function;
+use crate::outputs::Part;
 use crate::scalar::Id;
 use crate::vector::Graph;
 
@@ -91,14 +92,10 @@ impl<'a> Probe<'a> {
     }
 
     /// An output's array and its name: `dfdx[a.ry][b.x]`.
-    pub fn name(&self, output: usize) -> (Array, String) {
-        let names = self.layout.signature.coordinate_names();
-        let n = names.len();
-        let Some(entry) = output.checked_sub(n) else {
-            return (Array::Force, format!("{}[{}]", Array::Force, names[output]));
-        };
-        let array = if entry < n * n { Array::Dfdx } else { Array::Dfdv };
-        (array, format!("{array}[{}][{}]", names[entry / n % n], names[entry % n]))
+    pub fn name(&self, output: usize) -> (Part, String) {
+        let mut outputs = self.subject.program.arrays.iter().flat_map(|array| array.outputs());
+        let (output, _) = outputs.nth(output).expect("an output of the program");
+        (output.part, output.named(&self.layout.signature))
     }
 }
 
@@ -152,7 +149,8 @@ pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     let row = function.row();
     let parameter =
         |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any, value: None };
-    let signature = Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect(), rows: 0 };
+    let signature =
+        Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect(), rows: 0 };
     let layout = Layout::new(&signature);
     let mut graph = Graph::new(signature.clone());
     let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();

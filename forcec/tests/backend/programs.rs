@@ -3,6 +3,7 @@
 use forcec::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
 use forcec::exact::Exact;
 use forcec::ops::Function;
+use forcec::outputs::{Output, Part};
 use forcec::scalar::{Graph, Id, Program};
 use forcec::vector::Comparison;
 
@@ -15,14 +16,7 @@ fn parameter(name: &str, ty: ParameterType) -> Parameter {
 }
 
 fn program(signature: Signature, graph: Graph, zero: Id) -> Program {
-    let count = signature.freedoms();
-    Program {
-        signature,
-        graph,
-        force: vec![zero; count],
-        dfdx: vec![vec![zero; count]; count],
-        dfdv: vec![vec![zero; count]; count],
-    }
+    Program::filled(signature, graph, &Part::DEFAULT, zero)
 }
 
 fn entry(argument: u16, field: u8, offset: u32) -> Slot {
@@ -38,6 +32,7 @@ pub(crate) fn spring() -> Program {
             parameter("stiffness", ParameterType::Real),
             parameter("damping", ParameterType::Real),
         ],
+        rows: 0,
     };
     let mut g = Graph::default();
     let zero = g.zero();
@@ -69,8 +64,8 @@ pub(crate) fn spring() -> Program {
     let mut p = program(signature, Graph::default(), zero);
     for i in 0..3 {
         let force = g.mul(tension, n[i]);
-        p.force[i] = force;
-        p.force[i + 3] = g.neg(force);
+        p.set(Output::new(Part::Force, i, 0), force);
+        p.set(Output::new(Part::Force, i + 3, 0), g.neg(force));
         for j in 0..3 {
             let outer = g.mul(n[i], n[j]);
             let mut k = g.mul(radial, outer);
@@ -79,8 +74,8 @@ pub(crate) fn spring() -> Program {
             }
             let c = g.mul(damping, outer);
             for (r, s) in [(0, 0), (0, 3), (3, 0), (3, 3)] {
-                p.dfdx[i + r][j + s] = if r == s { g.neg(k) } else { k };
-                p.dfdv[i + r][j + s] = if r == s { g.neg(c) } else { c };
+                p.set(Output::new(Part::Dfdx, i + r, j + s), if r == s { g.neg(k) } else { k });
+                p.set(Output::new(Part::Dfdv, i + r, j + s), if r == s { g.neg(c) } else { c });
             }
         }
     }
@@ -100,6 +95,7 @@ fn wide_signature() -> Signature {
             parameter("blocks", array),
             parameter("a_name_that_is_really_rather_long", ParameterType::Quaternion),
         ],
+        rows: 0,
     }
 }
 
@@ -212,11 +208,11 @@ pub(crate) fn everything() -> Program {
     let mut places = (0..2 * count * count).filter(|i| i % 11 != 3 && !(40..46).contains(i));
     for (i, value) in outputs.into_iter().enumerate() {
         if i < 4 {
-            p.force[2 * i] = value;
+            p.set(Output::new(Part::Force, 2 * i, 0), value);
         }
         let place = places.next().expect("room");
-        let matrix = if place < count * count { &mut p.dfdx } else { &mut p.dfdv };
-        matrix[place % (count * count) / count][place % count] = value;
+        let part = if place < count * count { Part::Dfdx } else { Part::Dfdv };
+        p.set(Output::new(part, place % (count * count) / count, place % count), value);
     }
     p.graph = g;
     p
@@ -335,11 +331,11 @@ pub(crate) fn random(seed: u64, size: usize) -> Program {
                 _ => zero,
             }
         };
-        p.force[row] = pick(&mut g);
+        p.set(Output::new(Part::Force, row, 0), pick(&mut g));
         for column in 0..count {
-            p.dfdx[row][column] = pick(&mut g);
+            p.set(Output::new(Part::Dfdx, row, column), pick(&mut g));
             if seed.is_multiple_of(2) {
-                p.dfdv[row][column] = pick(&mut g);
+                p.set(Output::new(Part::Dfdv, row, column), pick(&mut g));
             }
         }
     }
