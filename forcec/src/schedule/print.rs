@@ -82,12 +82,6 @@ pub fn together(rows: &[(usize, Vec<Range<usize>>)]) -> Vec<(Range<usize>, &[Ran
     rows.chunk_by(below).map(|rows| (block(rows), rows[0].1.as_slice())).collect()
 }
 
-/// The first of some names for what only one statement knows that is not a word of these texts.
-pub fn unlike<'a>(names: [&'a str; 3], texts: [&str; 2]) -> &'a str {
-    let free = |name: &&str| texts.iter().all(|text| text.trim_start_matches('-') != *name);
-    names.into_iter().find(free).expect("three names for two texts")
-}
-
 /// An expression on its own.
 pub fn expression(dialect: &dyn Dialect, variables: &[Variable], expression: &Expression) -> String {
     Printer { dialect, variables }.text(expression)

@@ -8,7 +8,7 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
-use crate::schedule::print::{self, Dialect, together, unlike};
+use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::{Output, Part, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{PARTS, body, decimal, field_summary, parameter_summary, reads, slot_path, template};
@@ -377,8 +377,9 @@ impl Dialect for C<'_> {
         let count = self.signature.freedoms();
         let zeros: usize = rows.iter().flat_map(|(_, runs)| runs).map(Range::len).sum();
         let together = together(rows);
-        // Scattered zeros: gcc stores whole rows wide, and then does so with what is not zero, too.
-        if part != Part::Force && together.len() > 1 && 5 * zeros >= rows.len() * count {
+        // gcc stores whole rows wide, and then does so with what is not zero, too.
+        let scattered = rows.iter().any(|(_, runs)| runs.len() > 1);
+        if part != Part::Force && scattered && 5 * zeros >= rows.len() * count {
             let whole = 0..count;
             let blocks = rows.chunk_by(|(x, _), (y, _)| x + 1 == *y);
             let block = |rows: &[(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
@@ -404,9 +405,8 @@ impl Dialect for C<'_> {
 
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
         let (part, columns, count) = (part.name(), &columns.name, self.signature.freedoms());
-        let j = unlike(["j", "k", "n"], [factor, columns]);
-        let each = format!("for (int {j} = 0; {j} < {count}; {j}++)");
-        C::body(each, format!("out->{part}[{row}][{j}] = {factor} * {columns}[{j}];"))
+        let each = format!("for (int j = 0; j < {count}; j++)");
+        C::body(each, format!("out->{part}[{row}][j] = {factor} * {columns}[j];"))
     }
 
     fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
