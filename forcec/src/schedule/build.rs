@@ -224,7 +224,8 @@ impl Builder<'_> {
             }
         }
         if !rows.is_empty() {
-            self.statements.push(Statement::Zero { part, rows });
+            let first = self.rows.side_by_side(part);
+            self.statements.push(Statement::Zero { part, rows, first });
         }
     }
 

@@ -36,8 +36,8 @@ pub trait Dialect {
     fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String>;
     /// An output gets one of two values.
     fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String>;
-    /// Runs of columns in some rows become zero; what else is in these rows may become so too.
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String>;
+    /// Runs of columns in some rows become zero; if this comes first, what else is in these rows may become so too.
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String>;
     /// A temporary row gets its values.
     fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String>;
     /// A row of outputs is a factor times a temporary row.
@@ -62,7 +62,7 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
         }
         Statement::Let(name, value) => dialect.define(&variables[name.index()], &printer.text(value)),
         Statement::Store(output, value) => dialect.store(*output, &printer.text(value)),
-        Statement::Zero { part, rows } => dialect.zero(*part, rows),
+        Statement::Zero { part, rows, first } => dialect.zero(*part, rows, *first),
         Statement::Columns(name, values) => {
             let values: Vec<String> = values.iter().map(|value| printer.text(value)).collect();
             dialect.columns(&variables[name.index()], &values)
@@ -292,7 +292,7 @@ impl Dialect for Plain<'_> {
         self.store(output, &format!("if {c} then {x} else {y}"))
     }
 
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], _first: bool) -> Vec<String> {
         let line = |(rows, runs): (Range<usize>, &[Range<usize>])| {
             let runs: Vec<String> = runs.iter().map(|run| self.span(run)).collect();
             let columns = if part == Part::Force { String::new() } else { format!("[{}]", runs.join(", ")) };

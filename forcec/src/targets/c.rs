@@ -373,13 +373,13 @@ impl Dialect for C<'_> {
         C::choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String> {
         let count = self.signature.freedoms();
         let zeros: usize = rows.iter().flat_map(|(_, runs)| runs).map(Range::len).sum();
         let together = together(rows);
         // gcc stores whole rows wide, and then does so with what is not zero, too.
         let scattered = rows.iter().any(|(_, runs)| runs.len() > 1);
-        if part != Part::Force && scattered && 5 * zeros >= rows.len() * count {
+        if first && scattered && 5 * zeros >= rows.len() * count {
             let whole = 0..count;
             let blocks = rows.chunk_by(|(x, _), (y, _)| x + 1 == *y);
             let block = |rows: &[(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();

@@ -480,7 +480,7 @@ impl Dialect for Rust<'_> {
         self.choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], _first: bool) -> Vec<String> {
         together(rows).into_iter().flat_map(|(rows, runs)| self.zeros(part, &rows, runs)).collect()
     }
 
