@@ -1,8 +1,9 @@
 //! Items as statements: which values get a line of their own, in which order, and where long lines are cut.
 //!
 //! In: items, operands before users. Out: a schedule. The walk is depth first from the outputs in their order, so a
-//! value is computed right before it is first needed. A row of a matrix is stored when all its entries are there, side
-//! by side, so that compilers make wide stores of them; rows that follow from others are written by loops.
+//! value is computed right before it is first needed and stored, with everything equal to it, as soon as it is there.
+//! Rows that follow from others are written by loops; the rows of the same matrix are stored when all their entries
+//! are there, side by side, so that compilers make wide stores of them and wide loads in the loops.
 
 use crate::bodies::Signature;
 use crate::exact::Exact;
@@ -12,6 +13,7 @@ use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::rows::{self, Negated, Rows, Scaled};
 use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Variable};
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// The statements that compute the items' outputs.
@@ -26,6 +28,12 @@ pub(super) fn build(signature: &Signature, mut items: Items) -> Schedule {
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
     let told = names::assign(signature, &items, &own_line, &flipped, &mut taken);
+    let mut stores: FxHashMap<ItemId, Vec<(Output, Edge)>> = FxHashMap::default();
+    for &(output, edge) in items.outputs.iter().filter(|(output, _)| !rows.side_by_side(output.part)) {
+        if own_line[edge.item as usize] {
+            stores.entry(edge.item).or_default().push((output, edge));
+        }
+    }
     let count = items.items.len();
     let mut builder = Builder {
         signature,
@@ -34,10 +42,13 @@ pub(super) fn build(signature: &Signature, mut items: Items) -> Schedule {
         own_line,
         flipped,
         told,
+        stores,
         values: vec![None; count],
         variables: Vec::new(),
         statements: Vec::new(),
         taken,
+        stored: FxHashSet::default(),
+        part: Part::Force,
         family: Family::Output(Output::new(Part::Force, 0, 0)),
     };
     builder.outputs();
@@ -136,6 +147,12 @@ pub(super) struct Builder<'a> {
     flipped: Vec<bool>,
     /// Names that say what they are.
     told: Vec<Option<String>>,
+    /// The outputs that are an item or its negative, and are stored when it is there.
+    stores: FxHashMap<ItemId, Vec<(Output, Edge)>>,
+    /// The outputs that are stored.
+    stored: FxHashSet<Output>,
+    /// The part that is being written.
+    part: Part,
     /// What stands for an item where it is used: a name, or until its only use the tree itself.
     values: Vec<Option<Expression>>,
     pub(super) variables: Vec<Variable>,
@@ -158,16 +175,22 @@ impl Builder<'_> {
         let mut parts = self.items.parts.clone();
         parts.sort_by_key(|part| !part.is_list() && !looped(part));
         for part in parts {
+            self.part = part;
             self.statements.push(Statement::Heading(part));
             self.zeros(part);
             rows.scaled.iter().filter(|scaled| scaled.part == part).for_each(|scaled| self.scaled(scaled));
             let outputs: Vec<(Output, Edge)> =
                 self.items.outputs.iter().filter(|(output, _)| output.part == part).copied().collect();
-            for row in outputs.chunk_by(|(x, _), (y, _)| x.row == y.row) {
+            let together =
+                |x: &(Output, Edge), y: &(Output, Edge)| rows.side_by_side(part) && x.0.row == y.0.row;
+            for row in outputs.chunk_by(together) {
                 let filled = row.iter().filter(|(_, edge)| !self.items.is_zero(edge.item));
                 let filled: Vec<(Output, Edge)> = filled.copied().collect();
-                filled.iter().for_each(|(output, edge)| self.visit(edge.item, Family::Output(*output)));
-                filled.iter().for_each(|(output, edge)| self.store(*output, *edge));
+                for (output, edge) in &filled {
+                    self.visit(edge.item, Family::Output(*output));
+                    self.store_all(edge.item);
+                }
+                filled.into_iter().for_each(|(output, edge)| self.store(output, edge));
             }
         }
         for &Negated { part, ref rows, from } in &rows.negated {
@@ -207,15 +230,27 @@ impl Builder<'_> {
                     Some(run) if run.end == *column => run.end += 1,
                     _ => runs.push(*column..column + 1),
                 },
-                _ => rows.push((*row, Vec::from_iter(std::iter::once(*column..column + 1)))),
+                _ => rows.push((*row, std::iter::once(*column..column + 1).collect())),
             }
         }
         if !rows.is_empty() {
-            self.statements.push(Statement::Zero { part, rows });
+            let first = self.rows.side_by_side(part);
+            self.statements.push(Statement::Zero { part, rows, first });
         }
     }
 
+    /// Stores a value everywhere in the part that is being written, unless that is written row by row.
+    fn store_all(&mut self, item: ItemId) {
+        let Some(outputs) = self.stores.get_mut(&item) else { return };
+        let now: Vec<(Output, Edge)> =
+            outputs.extract_if(.., |(output, _)| output.part == self.part).collect();
+        now.into_iter().for_each(|(output, edge)| self.store(output, edge));
+    }
+
     fn store(&mut self, output: Output, edge: Edge) {
+        if !self.stored.insert(output) {
+            return;
+        }
         let value = self.signed(edge);
         self.family = Family::Output(output);
         let value = self.fit(value, Room::STORE);
@@ -268,6 +303,7 @@ impl Builder<'_> {
         };
         let name = self.define(name, value);
         self.values[item as usize] = Some(Expression::Name(name));
+        self.store_all(item);
     }
 
     fn define(&mut self, name: String, value: Expression) -> Name {

@@ -52,10 +52,11 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    /// The names of the bodies.
+    /// The names of the bodies, and of what counts in loops.
     pub(super) fn by(signature: &Signature) -> Taken {
         let bodies = Target::ALL.into_iter().flat_map(|target| Arguments::new(signature, target).bodies);
-        Taken { names: bodies.collect(), next: FxHashMap::default() }
+        let names = bodies.chain(["i", "j", "column"].map(str::to_owned)).collect();
+        Taken { names, next: FxHashMap::default() }
     }
 
     /// The name itself, or with the first number behind it that makes it new.

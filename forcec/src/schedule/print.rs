@@ -37,8 +37,8 @@ pub trait Dialect {
     fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String>;
     /// An output gets one of two values.
     fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String>;
-    /// Runs of columns in some rows become zero; what else is in these rows may become so too.
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String>;
+    /// Runs of columns in some rows become zero; if this comes first, what else is in these rows may become so too.
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String>;
     /// A temporary row gets its values.
     fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String>;
     /// A row of outputs is a factor times a temporary row.
@@ -63,7 +63,7 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
         }
         Statement::Let(name, value) => dialect.define(&variables[name.index()], &printer.text(value)),
         Statement::Store(output, value) => dialect.store(*output, &printer.text(value)),
-        Statement::Zero { part, rows } => dialect.zero(*part, rows),
+        Statement::Zero { part, rows, first } => dialect.zero(*part, rows, *first),
         Statement::Columns(name, values) => {
             let values: Vec<String> = values.iter().map(|value| printer.text(value)).collect();
             dialect.columns(&variables[name.index()], &values)
@@ -81,12 +81,6 @@ pub fn together(rows: &[(usize, Vec<Range<usize>>)]) -> Vec<(Range<usize>, &[Ran
     let below = |x: &(usize, Vec<Range<usize>>), y: &(usize, Vec<Range<usize>>)| x.0 + 1 == y.0 && x.1 == y.1;
     let block = |rows: &'_ [(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
     rows.chunk_by(below).map(|rows| (block(rows), rows[0].1.as_slice())).collect()
-}
-
-/// The first of some names for what only one statement knows that is not a word of these texts.
-pub fn unlike<'a>(names: [&'a str; 3], texts: [&str; 2]) -> &'a str {
-    let free = |name: &&str| texts.iter().all(|text| text.trim_start_matches('-') != *name);
-    names.into_iter().find(free).expect("three names for two texts")
 }
 
 /// An expression on its own.
@@ -288,7 +282,7 @@ impl Dialect for Plain<'_> {
         self.store(output, &format!("if {c} then {x} else {y}"))
     }
 
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], _first: bool) -> Vec<String> {
         let line = |(rows, runs): (Range<usize>, &[Range<usize>])| {
             let columns = part.row().columns.map_or_else(String::new, |axis| {
                 let runs: Vec<String> = runs.iter().map(|run| span(axis, run, self.0)).collect();

@@ -34,6 +34,11 @@ pub(super) struct Rows {
 }
 
 impl Rows {
+    /// Whether rows of a part are read again, by the loops.
+    pub(super) fn side_by_side(&self, part: Part) -> bool {
+        self.negated.iter().any(|negated| negated.part == part)
+    }
+
     /// Whether a row needs no stores of its own.
     pub(super) fn cover(&self, output: Output) -> bool {
         let negated = |n: &Negated| n.part == output.part && n.rows.contains(&output.row);

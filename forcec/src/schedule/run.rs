@@ -25,7 +25,7 @@ impl Schedule {
                 Statement::Store(Output { part, row, column }, value) => {
                     outputs[at(*part, *row, *column)] = Some(evaluate(value, &names, inputs)?.real());
                 }
-                Statement::Zero { part, rows } => {
+                Statement::Zero { part, rows, .. } => {
                     for (row, runs) in rows {
                         for column in runs.iter().cloned().flatten() {
                             outputs[at(*part, *row, column)] = Some(N::exact(&Exact::ZERO));

@@ -8,7 +8,7 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
-use crate::schedule::print::{self, Dialect, together, unlike};
+use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::{Output, Part, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{body, decimal, field_summary, parameter_summary, reads, slot_path, template};
@@ -375,12 +375,13 @@ impl Dialect for C<'_> {
         C::choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String> {
         let count = part.shape(self.signature).1;
         let zeros: usize = rows.iter().flat_map(|(_, runs)| runs).map(Range::len).sum();
         let together = together(rows);
-        // Scattered zeros: gcc stores whole rows wide, and then does so with what is not zero, too.
-        if !part.is_list() && together.len() > 1 && 5 * zeros >= rows.len() * count {
+        // gcc stores whole rows wide, and then does so with what is not zero, too.
+        let scattered = rows.iter().any(|(_, runs)| runs.len() > 1);
+        if first && !part.is_list() && scattered && 5 * zeros >= rows.len() * count {
             let whole = 0..count;
             let blocks = rows.chunk_by(|(x, _), (y, _)| x + 1 == *y);
             let block = |rows: &[(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
@@ -406,9 +407,8 @@ impl Dialect for C<'_> {
 
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
         let (columns, count) = (&columns.name, part.shape(self.signature).1);
-        let j = unlike(["j", "k", "n"], [factor, columns]);
-        let each = format!("for (int {j} = 0; {j} < {count}; {j}++)");
-        C::body(each, format!("out->{part}[{row}][{j}] = {factor} * {columns}[{j}];"))
+        let each = format!("for (int j = 0; j < {count}; j++)");
+        C::body(each, format!("out->{part}[{row}][j] = {factor} * {columns}[j];"))
     }
 
     fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {

@@ -9,7 +9,7 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
-use crate::schedule::print::{self, Dialect, together, unlike};
+use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
@@ -488,7 +488,7 @@ impl Dialect for Rust<'_> {
         self.choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)]) -> Vec<String> {
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], _first: bool) -> Vec<String> {
         together(rows).into_iter().flat_map(|(rows, runs)| self.zeros(part, &rows, runs)).collect()
     }
 
@@ -500,8 +500,7 @@ impl Dialect for Rust<'_> {
 
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
         let (part, columns) = (part.name(), &columns.name);
-        let x = unlike(["x", "entry", "column"], [factor, columns]);
-        vec![format!("out.{part}[{row}] = {columns}.map(|{x}| {factor} * {x});")]
+        vec![format!("out.{part}[{row}] = {columns}.map(|column| {factor} * column);")]
     }
 
     fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {

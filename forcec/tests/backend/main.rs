@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn kernels() -> Vec<(String, Program)> {
-    let mut all =
-        vec![("spring".to_owned(), programs::spring()), ("everything".to_owned(), programs::everything())];
+    let own = [programs::spring(), programs::everything(), programs::rows()];
+    let names = ["spring", "everything", "rows"].map(str::to_owned);
+    let mut all: Vec<(String, Program)> = names.into_iter().zip(own).collect();
     all.extend((1..9).map(|seed| (format!("random_{seed}"), programs::random(seed, 40 * seed as usize))));
     all
 }
@@ -377,11 +378,13 @@ fn the_same_program_makes_the_same_text() {
 }
 
 #[test]
-fn a_spring_reads_like_this() {
-    let text = schedule(&programs::spring()).to_string();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/backend/spring.schedule");
-    if std::env::var_os("UPDATE").is_some() {
-        std::fs::write(&path, &text).unwrap();
+fn schedules_read_like_this() {
+    for (name, program) in [("spring", programs::spring()), ("rows", programs::rows())] {
+        let text = schedule(&program).to_string();
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/backend/{name}.schedule"));
+        if std::env::var_os("UPDATE").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        assert_eq!(text, std::fs::read_to_string(path).unwrap(), "{name}: UPDATE=1 accepts the new text");
     }
-    assert_eq!(text, std::fs::read_to_string(path).unwrap(), "UPDATE=1 accepts the new text");
 }

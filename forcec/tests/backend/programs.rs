@@ -23,6 +23,35 @@ fn entry(argument: u16, field: u8, offset: u32) -> Slot {
     Slot { argument, field, offset }
 }
 
+/// Rows that loops write: ∂F/∂V of rank one, half of it the negative of the other half, by factors that are called like
+/// what runs in a loop; ∂F/∂X with negated rows between others, zeros in them.
+pub(crate) fn rows() -> Program {
+    let signature = Signature {
+        bodies: vec![body("a", BodyKind::PARTICLE), body("b", BodyKind::PARTICLE)],
+        parameters: ["j", "x", "i"].map(|name| parameter(name, ParameterType::Real)).to_vec(),
+    };
+    let mut g = Graph::default();
+    let mut p = program(signature, Graph::default(), g.zero());
+    let factors = [2, 3, 4].map(|a| g.input(entry(a, 0, 0)));
+    let columns: [Id; 6] = std::array::from_fn(|j| g.input(entry(j as u16 / 3, 1, j as u32 % 3)));
+    for (i, factor) in factors.into_iter().enumerate() {
+        for (j, column) in columns.into_iter().enumerate() {
+            let product = g.mul(factor, column);
+            let product = if (i == 1) == (j == 2) { product } else { g.neg(product) };
+            p.dfdv[i][j] = product;
+            p.dfdv[i + 3][j] = g.neg(product);
+            let sum = g.add(factor, column);
+            if i != j && j != 4 {
+                let (row, negated) = if i == 2 { (5, 2) } else { (i, i + 3) };
+                p.dfdx[row][j] = sum;
+                p.dfdx[negated][j] = g.neg(sum);
+            }
+        }
+    }
+    p.graph = g;
+    p
+}
+
 /// A damped spring between two particles, as an author would write it.
 pub(crate) fn spring() -> Program {
     let signature = Signature {
