@@ -34,14 +34,15 @@ impl Effort {
     pub const ALL: [(&'static str, Effort); 3] =
         [("quick", Effort::Quick), ("default", Effort::Default), ("max", Effort::Max)];
 
-    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest.
-    fn rounds(self, operations: usize) -> usize {
-        let (most, budget) = match self {
-            Effort::Quick => (0, 0),
-            Effort::Default => (8, 10_000),
-            Effort::Max => (500, 400_000),
+    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest; and how many of
+    /// them in a row may bring nothing.
+    fn rounds(self, operations: usize) -> (usize, usize) {
+        let (most, budget, patience) = match self {
+            Effort::Quick => (0, 0, 0),
+            Effort::Default => (16, 12_000, 4),
+            Effort::Max => (500, 400_000, 250),
         };
-        most.min(budget / operations.max(1))
+        (most.min(budget / operations.max(1)), patience)
     }
 
     /// How many formulations to try for a kernel of so many operations; the first is always tried.
@@ -100,8 +101,8 @@ enum Work {
     Choose,
     /// Rewrites a network.
     Rewrite(fn(&mut Network)),
-    /// Searches for this many rounds.
-    Search(fn(&mut Network, usize)),
+    /// Searches for so many rounds, of which so many in a row may bring nothing.
+    Search(fn(&mut Network, (usize, usize))),
 }
 
 /// A pass of the optimiser.
@@ -114,12 +115,14 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Applies the pass to the network of one formulation.
-    pub fn run(&self, network: &mut Network, effort: Effort) {
+    /// Applies the pass to the network of one of so many formulations that share the effort.
+    pub fn run(&self, network: &mut Network, effort: Effort, share: usize) {
         match self.work {
             Work::Choose => {}
             Work::Rewrite(rewrite) => rewrite(network),
-            Work::Search(search) => search(network, effort.rounds(network.operations().total())),
+            Work::Search(search) => {
+                search(network, effort.rounds(share * network.operations().total()));
+            }
         }
     }
 }
@@ -162,7 +165,9 @@ pub static PASSES: [Pass; 5] = [
     Pass {
         name: "search",
         summary: "values are dissolved into their users and all is factored again, where that is shorter",
-        work: Work::Search(|network, rounds| search::search(network, rounds, EXTRACTION_STEPS)),
+        work: Work::Search(|network, (rounds, patience)| {
+            search::search(network, rounds, patience, EXTRACTION_STEPS);
+        }),
     },
 ];
 
@@ -202,8 +207,8 @@ impl Candidate {
         Candidate { formulation, network, report: vec![step] }
     }
 
-    fn run(&mut self, pass: &'static Pass, effort: Effort) {
-        pass.run(&mut self.network, effort);
+    fn run(&mut self, pass: &'static Pass, effort: Effort, share: usize) {
+        pass.run(&mut self.network, effort, share);
         let (operations, distinct) = (self.network.operations(), self.network.distinct());
         self.report.push(Step { pass: pass.name, operations, distinct });
     }
@@ -221,7 +226,7 @@ pub fn optimize(derive: impl Fn(Formulation) -> Derived, plan: Plan) -> Optimize
         for pass in plan.passes() {
             match pass.work {
                 Work::Choose => candidate.report.push(Step { pass: pass.name, ..candidate.report[0] }),
-                Work::Rewrite(_) => candidate.run(pass, effort),
+                Work::Rewrite(_) => candidate.run(pass, effort, 1),
                 Work::Search(_) => {}
             }
         }
@@ -242,7 +247,8 @@ pub fn optimize(derive: impl Fn(Formulation) -> Derived, plan: Plan) -> Optimize
     let shortest = candidates.iter().map(Candidate::last).min().unwrap_or(0);
     candidates.retain(|candidate| candidate.last() <= shortest + shortest / NEARLY);
     for pass in plan.passes().filter(|pass| matches!(pass.work, Work::Search(_))) {
-        candidates.iter_mut().for_each(|candidate| candidate.run(pass, effort));
+        let share = candidates.len();
+        candidates.iter_mut().for_each(|candidate| candidate.run(pass, effort, share));
     }
     let best = candidates.into_iter().min_by_key(Candidate::last).expect("the first formulation is tried");
     let mut report = best.report;

@@ -30,13 +30,14 @@ const ROUNDS: [Round; 8] = [
     Round { rarity: 3, longest: 6 },
 ];
 
-/// Searches for this many rounds, factoring in at most so many steps each.
-pub fn search(network: &mut Network, rounds: usize, steps: usize) {
+/// Searches for this many rounds, and no longer than so many in a row bring nothing; factors in at most so many steps.
+pub fn search(network: &mut Network, rounds: usize, patience: usize, steps: usize) {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut idle = 0;
     let mut cost = network.operations().total();
     let mut candidates = dissolvable(network);
     for round in ROUNDS.iter().cycle().take(rounds) {
-        if candidates.is_empty() {
+        if candidates.is_empty() || idle == patience {
             return;
         }
         let mut attempt = network.clone();
@@ -51,6 +52,7 @@ pub fn search(network: &mut Network, rounds: usize, steps: usize) {
             extract(&mut attempt, steps);
         }
         let total = attempt.operations().total();
+        idle = if total < cost { 0 } else { idle + 1 };
         if total <= cost {
             cost = total;
             *network = attempt;
