@@ -147,7 +147,7 @@ pub fn misses(function: &Stages, precision: Precision, case: &Case, computed: &[
     let subject = Subject { source: &function.source, program: &function.program };
     let probe = Probe::new(&subject);
     let mut worst: Vec<Miss> = Vec::new();
-    for array in Part::DEFAULT {
+    for array in function.outputs() {
         let entries: Vec<usize> = (0..computed.len()).filter(|at| probe.name(*at).0 == array).collect();
         let largest = entries.iter().map(|at| case.expected[*at].abs()).fold(0.0, f64::max);
         let miss = |at: usize| {

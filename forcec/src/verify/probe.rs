@@ -24,7 +24,7 @@ use crate::vector::Graph;
 /// What the source says at one state.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// F, ∂F/∂X row by row and ∂F/∂V row by row: the order of a kernel's `out` in memory.
+    /// Every result row by row: the order of a kernel's `out` in memory.
     pub outputs: Vec<f64>,
     /// Whether some row pushes; what is no one-sided constraint always does.
     pub pushes: bool,
@@ -58,16 +58,16 @@ impl<'a> Probe<'a> {
         Oracle::new(self.subject.source, &self.layout).cost()
     }
 
-    /// F, ∂F/∂X and ∂F/∂V from the source by differences in 320 bits; `None` where one of them does not exist.
+    /// What the program computes, from the source by differences in 320 bits; `None` where some of it does not exist.
     pub fn truth(&self, inputs: &[f64]) -> Option<Truth> {
         let oracle = Oracle::new(self.subject.source, &self.layout);
         let truth = |point: Point| -> Result<Truth, Singular> {
             let pushes = point.pushes();
-            let mut outputs: Vec<f64> = point.force.iter().map(Big::to_f64).collect();
-            for columns in [point.dfdx()?, point.dfdv()?] {
-                for row in 0..columns.columns.len() {
-                    outputs.extend(columns.columns.iter().map(|column| flushed(&column[row], columns.noise)));
-                }
+            let mut outputs: Vec<f64> = Vec::new();
+            for array in &self.subject.program.arrays {
+                let derivative = matches!(array.part, Part::Jacobian | Part::Dfdx | Part::Dfdv);
+                let noise = if derivative { point.noise } else { 0.0 };
+                outputs.extend(point.part(array.part)?.iter().map(|x| flushed(x, noise)));
             }
             Ok(Truth { outputs, pushes })
         };
