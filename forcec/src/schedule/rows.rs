@@ -63,13 +63,13 @@ pub(super) fn find(items: &mut Items, signature: &Signature) -> Rows {
     let outputs = std::mem::take(&mut items.outputs);
     let (covered, kept): (Vec<_>, Vec<_>) = outputs.into_iter().partition(|(output, _)| rows.cover(*output));
     items.outputs = kept;
-    for (_, edge) in covered {
-        release(items, edge.item);
-    }
     for scaled in &rows.scaled {
         for edge in scaled.rows.iter().map(|(_, factor)| factor).chain(&scaled.columns) {
             items.uses[edge.item as usize] += 1;
         }
+    }
+    for (_, edge) in covered {
+        release(items, edge.item);
     }
     rows
 }

@@ -33,7 +33,13 @@ pub(crate) fn rows() -> Program {
     let mut g = Graph::default();
     let mut p = program(signature, Graph::default(), g.zero());
     let factors = [2, 3, 4].map(|a| g.input(entry(a, 0, 0)));
-    let columns: [Id; 6] = std::array::from_fn(|j| g.input(entry(j as u16 / 3, 1, j as u32 % 3)));
+    let shared = g.add(factors[0], factors[2]);
+    let columns: [Id; 6] = std::array::from_fn(|j| {
+        let velocity = g.input(entry(j as u16 / 3, 1, j as u32 % 3));
+        let column = g.mul(velocity, shared);
+        g.set_name(column, &format!("column_{j}"));
+        column
+    });
     for (i, factor) in factors.into_iter().enumerate() {
         for (j, column) in columns.into_iter().enumerate() {
             let product = g.mul(factor, column);
