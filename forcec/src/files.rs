@@ -3,11 +3,11 @@
 //! In: paths of force files and of folders. Out: compiled files and the texts a target makes of them; or every error as
 //! text, ready to be shown.
 
+use crate::Plan;
 use crate::compile::{Compiled, compile};
 use crate::diagnostic::Diagnostics;
 use crate::identifiers::defined_for;
 use crate::kernel::{File, Precision, Target};
-use crate::optimize::Plan;
 use crate::span::Source;
 use crate::{syntax, targets};
 use std::collections::BTreeMap;

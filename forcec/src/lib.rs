@@ -39,4 +39,4 @@ pub mod verify;
 pub use build::Build;
 pub use kernel::{Precision, Target};
 pub use library::{Compiled, Options, compile};
-pub use optimize::Effort;
+pub use optimize::{Effort, Plan};
