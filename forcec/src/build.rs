@@ -9,6 +9,7 @@ use crate::diagnostic::Diagnostics;
 use crate::exact::Exact;
 use crate::files::{self, Output};
 use crate::kernel::{Precision, Target};
+use crate::outputs::Part;
 use std::path::{Path, PathBuf};
 
 /// Compiles force files from a build script.
@@ -79,6 +80,14 @@ impl Build {
     /// The precision of the kernels; double unless told otherwise. May be repeated.
     pub fn real(mut self, precision: Precision) -> Build {
         self.precisions.push(precision);
+        self
+    }
+
+    /// What kernels compute; F, ∂F/∂X and ∂F/∂V unless told otherwise.
+    pub fn outputs(mut self, parts: &[Part]) -> Build {
+        self.request.outputs = parts.to_vec();
+        self.request.outputs.sort_unstable();
+        self.request.outputs.dedup();
         self
     }
 

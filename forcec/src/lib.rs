@@ -41,5 +41,6 @@ pub mod verify;
 pub use build::Build;
 pub use kernel::{Precision, Target};
 pub use library::{Compiled, Options, compile};
-pub use optimize::Effort;
+pub use optimize::{Effort, Plan};
+pub use outputs::Part;
 pub use specialize::Specialization;

@@ -462,6 +462,17 @@ impl std::ops::AddAssign for Operations {
     }
 }
 
+/// What a kernel is after a pass.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Step {
+    /// The pass.
+    pub pass: &'static str,
+    /// Operations.
+    pub operations: Operations,
+    /// Outputs that are not zero, those that are equal up to sign counted once.
+    pub distinct: usize,
+}
+
 /// A kernel as a scalar graph with outputs.
 #[derive(Clone)]
 pub struct Program {

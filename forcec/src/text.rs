@@ -2,9 +2,8 @@
 
 use crate::derive::Derived;
 use crate::formula::{Dialect, Formulas};
-use crate::optimize::Step;
 use crate::outputs::Array;
-use crate::scalar::{self, Program};
+use crate::scalar::{self, Program, Step};
 use crate::vector::{Graph, Node};
 use std::fmt::{self, Write};
 

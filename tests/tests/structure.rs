@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 15] = [
+const VOCABULARY: [&str; 16] = [
     "bodies",
     "definition",
     "diagnostic",
@@ -14,6 +14,7 @@ const VOCABULARY: [&str; 15] = [
     "identities",
     "number",
     "ops",
+    "outputs",
     "scalar",
     "span",
     "special",

@@ -12,7 +12,7 @@ pub mod resubstitute;
 pub mod search;
 
 use crate::derive::Derived;
-use crate::scalar::{Operations, Program};
+use crate::scalar::{Program, Step};
 use crate::vector::{FORMULATIONS, Formulation};
 use network::Network;
 use std::rc::Rc;
@@ -170,17 +170,6 @@ pub static PASSES: [Pass; 5] = [
         }),
     },
 ];
-
-/// What a kernel is after a pass.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Step {
-    /// The pass.
-    pub pass: &'static str,
-    /// Operations.
-    pub operations: Operations,
-    /// Outputs that are not zero, those that are equal up to sign counted once.
-    pub distinct: usize,
-}
 
 /// An optimised program with the operations after each pass.
 pub struct Optimized {
