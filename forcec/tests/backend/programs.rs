@@ -29,6 +29,7 @@ pub(crate) fn rows() -> Program {
     let signature = Signature {
         bodies: vec![body("a", BodyKind::PARTICLE), body("b", BodyKind::PARTICLE)],
         parameters: ["j", "x", "i"].map(|name| parameter(name, ParameterType::Real)).to_vec(),
+        rows: 0,
     };
     let mut g = Graph::default();
     let mut p = program(signature, Graph::default(), g.zero());
@@ -44,13 +45,13 @@ pub(crate) fn rows() -> Program {
         for (j, column) in columns.into_iter().enumerate() {
             let product = g.mul(factor, column);
             let product = if (i == 1) == (j == 2) { product } else { g.neg(product) };
-            p.dfdv[i][j] = product;
-            p.dfdv[i + 3][j] = g.neg(product);
+            p.set(Output::new(Part::Dfdv, i, j), product);
+            p.set(Output::new(Part::Dfdv, i + 3, j), g.neg(product));
             let sum = g.add(factor, column);
             if i != j && j != 4 {
                 let (row, negated) = if i == 2 { (5, 2) } else { (i, i + 3) };
-                p.dfdx[row][j] = sum;
-                p.dfdx[negated][j] = g.neg(sum);
+                p.set(Output::new(Part::Dfdx, row, j), sum);
+                p.set(Output::new(Part::Dfdx, negated, j), g.neg(sum));
             }
         }
     }
