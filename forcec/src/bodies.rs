@@ -2,6 +2,9 @@
 //!
 //! A body type is a row: what is stored, in which order, and how each stored field moves with the tangent.
 //! `Signature` is the one home of a kernel's layout; every target prints it, the graphs name its entries by `Slot`.
+//! What is known while compiling stands in it too: bodies that never move, parameters that never change.
+
+use crate::exact::Exact;
 
 /// How a stored field of a body moves along the body's tangent coordinates.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -154,6 +157,8 @@ pub struct Body {
     pub name: String,
     /// Its type.
     pub kind: BodyKind,
+    /// Whether it never moves: it has a pose, but no velocity, no degrees of freedom and no force.
+    pub fixed: bool,
 }
 
 /// One parameter.
@@ -165,6 +170,8 @@ pub struct Parameter {
     pub ty: ParameterType,
     /// Its stated range.
     pub domain: Domain,
+    /// Its value, entry by entry, if that is known while compiling; then it is no argument of the kernel.
+    pub value: Option<Vec<Exact>>,
 }
 
 /// A kernel's arguments: bodies first, then parameters, in source order; `stiffness` and `damping` last.
@@ -174,6 +181,8 @@ pub struct Signature {
     pub bodies: Vec<Body>,
     /// The parameters.
     pub parameters: Vec<Parameter>,
+    /// Rows of C; one for an energy, none for a force.
+    pub rows: usize,
 }
 
 /// One real entry of an argument: an argument, a field of it, and a flat offset in memory order.
@@ -200,7 +209,40 @@ pub struct Block {
 impl Signature {
     /// Total number of degrees of freedom.
     pub fn freedoms(&self) -> usize {
-        self.bodies.iter().map(|b| b.kind.freedoms()).sum()
+        self.moving().map(|(_, body)| body.kind.freedoms()).sum()
+    }
+
+    /// The bodies that move, with their positions among the arguments.
+    pub fn moving(&self) -> impl Iterator<Item = (usize, &Body)> {
+        self.bodies.iter().enumerate().filter(|(_, body)| !body.fixed)
+    }
+
+    /// The value of an entry, if it is known while compiling.
+    pub fn known(&self, slot: Slot) -> Option<Exact> {
+        match self.bodies.get(slot.argument as usize) {
+            Some(body) => {
+                let moves = matches!(self.role(slot), Some(Role::Velocity | Role::AngularVelocity));
+                (body.fixed && moves).then_some(Exact::ZERO)
+            }
+            None => Some(self.parameter(slot)?.value.as_ref()?[slot.offset as usize].clone()),
+        }
+    }
+
+    /// The number an entry is put in for at once: 0, ±1, ±2 or ±½. Other known values stand under their name: they would
+    /// only turn up in more coefficients, and each of these would be multiplied for itself.
+    pub fn folded(&self, slot: Slot) -> Option<Exact> {
+        let simple = [(0, 1), (1, 1), (2, 1), (1, 2)].map(|(over, under)| Exact::ratio(over, under));
+        self.known(slot).filter(|value| simple.contains(&value.abs()))
+    }
+
+    /// The parameters that are arguments, with their positions: those whose value is not known.
+    pub fn given(&self) -> impl Iterator<Item = (usize, &Parameter)> {
+        self.parameters.iter().enumerate().filter(|(_, parameter)| parameter.value.is_none())
+    }
+
+    /// Whether a kernel has parameters as an argument.
+    pub fn has_given(&self) -> bool {
+        self.given().next().is_some()
     }
 
     /// The role of a slot's field; `None` for a parameter.
@@ -237,7 +279,7 @@ impl Signature {
 
     fn blocks(&self, roles: [Role; 2]) -> Vec<Block> {
         let mut blocks = Vec::new();
-        for (body, argument) in self.bodies.iter().enumerate() {
+        for (body, argument) in self.moving() {
             for role in roles {
                 if argument.kind.field(role).is_some() {
                     blocks.push(Block { body: body as u16, role });
@@ -250,7 +292,7 @@ impl Signature {
     /// The names of the N coordinates, `a.x` … `b.rz`.
     pub fn coordinate_names(&self) -> Vec<String> {
         let mut names = Vec::new();
-        for body in &self.bodies {
+        for (_, body) in self.moving() {
             names.extend(body.kind.row().coordinates.iter().map(|c| format!("{}.{c}", body.name)));
         }
         names

@@ -3,10 +3,13 @@
 //! In: force files or folders of them. Out: what the command line writes, in `OUT_DIR` or a folder of choice, with lines
 //! that tell cargo when to run again; or errors as cargo shows them.
 
+use crate::compile::Request;
 use crate::diagnostic::Diagnostics;
+use crate::exact::Exact;
 use crate::files::{self, Output};
 use crate::kernel::{Precision, Target};
-use crate::{Effort, Mode, Plan};
+use crate::outputs::Part;
+use crate::{Effort, Mode};
 use std::path::{Path, PathBuf};
 
 /// Compiles force files from a build script.
@@ -29,7 +32,7 @@ pub struct Build {
     out: Option<PathBuf>,
     targets: Vec<Target>,
     precisions: Vec<Precision>,
-    plan: Plan,
+    request: Request,
 }
 
 /// Why a build failed: every message, in order.
@@ -80,21 +83,44 @@ impl Build {
         self
     }
 
+    /// What kernels compute; F, ∂F/∂X and ∂F/∂V unless told otherwise.
+    pub fn outputs(mut self, parts: &[Part]) -> Build {
+        self.request.outputs = parts.to_vec();
+        self.request.outputs.sort_unstable();
+        self.request.outputs.dedup();
+        self
+    }
+
+    /// A body that never moves. May be repeated.
+    pub fn fixed(mut self, body: impl Into<String>) -> Build {
+        self.request.known.fixed.push(body.into());
+        self
+    }
+
+    /// A parameter whose value is known, entry by entry. May be repeated.
+    ///
+    /// Panics if a number is not finite.
+    pub fn set(mut self, parameter: impl Into<String>, value: &[f64]) -> Build {
+        let exact = |x: &f64| Exact::from_f64(*x).expect("a finite number");
+        self.request.known.set.push((parameter.into(), value.iter().map(exact).collect()));
+        self
+    }
+
     /// How long to look for fewer operations.
     pub fn effort(mut self, effort: Effort) -> Build {
-        self.plan.effort = effort;
+        self.request.plan.effort = effort;
         self
     }
 
     /// What kernels may do to rounding.
     pub fn mode(mut self, mode: Mode) -> Build {
-        self.plan.mode = mode;
+        self.request.plan.mode = mode;
         self
     }
 
     /// Whether products that are added are fused multiplications and additions.
     pub fn fma(mut self, fma: bool) -> Build {
-        self.plan.fma = fma;
+        self.request.plan.fma = fma;
         self
     }
 
@@ -143,10 +169,11 @@ impl Build {
             },
         };
         let found = files::read_all(&self.inputs);
-        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, self.plan, &mut |_| {});
+        let (units, diagnostics) = files::compile_all(found.sources, &|_| true, &self.request, &mut |_| {});
         let mut others = found.errors;
         if diagnostics.is_empty() && others.is_empty() {
             others.extend(files::duplicates(&units));
+            others.extend(files::unknown(&units, &self.request.known));
         }
         if !diagnostics.is_empty() || !others.is_empty() {
             return Err(BuildError { diagnostics, others });

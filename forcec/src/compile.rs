@@ -7,13 +7,52 @@ use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::Kernel;
-use crate::optimize::optimize;
-use crate::plan::{Mode, Plan};
-use crate::scalar::{Operations, Program};
+use crate::optimize::{Optimized, optimize};
+use crate::outputs::{Axis, Part};
+use crate::plan::{Effort, Mode, Plan};
+use crate::scalar::{Program, Step};
 use crate::schedule::{Style, schedule};
 use crate::span::Source;
+use crate::specialize::{Specialization, remarks};
+use crate::vector::Formulation;
 use crate::{check, syntax};
 use std::time::{Duration, Instant};
+
+impl Stages {
+    /// What the kernel computes, in order.
+    pub fn outputs(&self) -> Vec<Part> {
+        self.program.arrays.iter().map(|array| array.part).collect()
+    }
+}
+
+/// What is wanted of force functions.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// How to optimise.
+    pub plan: Plan,
+    /// What is known beforehand.
+    pub known: Specialization,
+    /// What kernels compute, in the order of the table.
+    pub outputs: Vec<Part>,
+}
+
+impl Default for Request {
+    fn default() -> Request {
+        Request { plan: Plan::default(), known: Specialization::default(), outputs: Part::DEFAULT.to_vec() }
+    }
+}
+
+impl From<Plan> for Request {
+    fn from(plan: Plan) -> Request {
+        Request { plan, ..Request::default() }
+    }
+}
+
+impl From<Effort> for Request {
+    fn from(effort: Effort) -> Request {
+        Plan::from(effort).into()
+    }
+}
 
 /// A compiled source text.
 pub struct Compiled {
@@ -39,8 +78,10 @@ pub struct Stages {
     pub source: Definition,
     /// What the kernel computes.
     pub program: Program,
-    /// Operations after lowering and after each pass.
-    pub report: Vec<(&'static str, Operations)>,
+    /// How its derivatives are written.
+    pub formulation: Formulation,
+    /// What it was after lowering and after each pass.
+    pub report: Vec<Step>,
     /// Statements in order, ready to be printed.
     pub kernel: Kernel,
     /// How long compiling took, from the checked function to statements.
@@ -51,47 +92,65 @@ pub struct Stages {
 pub fn compile(
     source: &Source,
     wanted: &dyn Fn(&str) -> bool,
-    plan: impl Into<Plan>,
+    request: impl Into<Request>,
 ) -> Result<Compiled, Diagnostics> {
-    compile_file(&syntax::parse(source)?, wanted, plan)
+    compile_file(&syntax::parse(source)?, wanted, request)
 }
 
-/// Compiles the force functions of a parsed file whose names are wanted.
+/// Compiles the force functions of a parsed file whose names are wanted, and of which something may be known.
 pub fn compile_file(
     file: &syntax::ast::File,
     wanted: &dyn Fn(&str) -> bool,
-    plan: impl Into<Plan>,
+    request: impl Into<Request>,
 ) -> Result<Compiled, Diagnostics> {
-    let plan = plan.into();
-    let checked = check::check(file)?;
+    let request = request.into();
+    let checked = check::check_knowing(file, &request.known, wanted)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let functions = definitions.map(|definition| stages(file, definition, plan)).collect();
+    let definitions: Vec<Definition> = definitions.collect();
+    let valueless = definitions.iter().filter_map(|definition| valueless(definition, &request.outputs));
+    let errors: Vec<Diagnostic> = valueless.collect();
+    if !errors.is_empty() {
+        return Err(Diagnostics::new(file.source.clone(), errors));
+    }
+    let functions = definitions.into_iter().map(|definition| stages(file, definition, &request)).collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
-fn stages(file: &syntax::ast::File, definition: Definition, plan: Plan) -> Stages {
+/// That a force has no value is an error where its value is wanted.
+fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
+    let wanted = outputs.iter().any(|part| part.row().rows == Axis::Row);
+    (wanted && definition.law.rows() == 0).then(|| {
+        let message = format!("the force `{}` has neither value nor jacobian", definition.name);
+        Diagnostic::error(definition.span, message, "only constraints and energies have")
+            .help("name the other functions with `--only`, or ask for `force`, `dfdx` and `dfdv`")
+    })
+}
+
+fn stages(file: &syntax::ast::File, definition: Definition, request: &Request) -> Stages {
     let started = Instant::now();
+    let plan = request.plan;
     // What a function states of itself holds whoever compiles it.
     let plan = file.function(&definition.name).map_or(plan, |own| Plan {
         mode: own.mode.unwrap_or(plan.mode),
         fma: plan.fma || own.fma,
         ..plan
     });
-    let optimized = optimize(derive(&definition), plan);
+    let optimized = optimize(|formulation| derive(&definition, &request.outputs, formulation), plan);
     let style = Style { divisions: plan.mode == Mode::Strict, fma: plan.fma };
     let schedule = schedule(&optimized.program, style);
     let time = started.elapsed();
     let kernel = Kernel {
-        name: definition.name.clone(),
+        name: format!("{}{}", definition.name, request.known.suffix(&definition.graph.signature)),
         docs: definition.docs.clone(),
         formulas: formulas(&definition),
         schedule,
     };
-    let source = check::elaborate(file, &definition.name);
+    let source = check::elaborate(file, &definition.name, &request.known);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
-    Stages { ast, definition, source, program: optimized.program, report: optimized.report, kernel, time }
+    let Optimized { program, formulation, report } = optimized;
+    Stages { ast, definition, source, program, formulation, report, kernel, time }
 }
 
 /// Longer definitions are left to `forcec show`.
@@ -130,5 +189,6 @@ fn formulas(definition: &Definition) -> Vec<String> {
         lines.clear();
     }
     lines.extend((!law.is_empty()).then(|| law.to_owned()));
+    lines.extend(remarks(&graph.signature));
     lines
 }

@@ -37,6 +37,17 @@ pub enum Law {
     Force(Vec<Generalised>),
 }
 
+impl Law {
+    /// Rows of C; one for an energy, none for a force.
+    pub fn rows(&self) -> usize {
+        match self {
+            Law::Constraint { rows, .. } => rows.iter().map(|row| row.count()).sum(),
+            Law::Energy(_) => 1,
+            Law::Force(_) => 0,
+        }
+    }
+}
+
 /// One or three rows of a constraint.
 #[derive(Clone, Copy, Debug)]
 pub enum Row {

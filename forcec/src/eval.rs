@@ -5,23 +5,22 @@
 
 use crate::bodies::Slot;
 use crate::number::Number;
+use crate::outputs::{Array, Part};
 use crate::scalar::{Id, Node, Program};
 
-/// The outputs of a kernel.
+/// The outputs of a kernel, in the order they are stored.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Outputs<N> {
-    /// F, N entries.
-    pub force: Vec<N>,
-    /// ∂F/∂X, N rows of N.
-    pub dfdx: Vec<Vec<N>>,
-    /// ∂F/∂V, N rows of N.
-    pub dfdv: Vec<Vec<N>>,
-}
+pub struct Outputs<N>(pub Vec<Array<N>>);
 
 impl<N> Outputs<N> {
-    /// All entries: F, ∂F/∂X and ∂F/∂V row by row.
+    /// All entries, every result row by row.
     pub fn iter(&self) -> impl Iterator<Item = &N> {
-        self.force.iter().chain(self.dfdx.iter().flatten()).chain(self.dfdv.iter().flatten())
+        self.0.iter().flat_map(|array| &array.entries)
+    }
+
+    /// The entries of a result, row by row; none if it is not computed.
+    pub fn part(&self, part: Part) -> &[N] {
+        self.0.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
     }
 }
 
@@ -61,12 +60,12 @@ pub fn evaluate<N: Number>(program: &Program, inputs: &dyn Fn(Slot) -> N) -> Out
         values.push(if live[id.index()] { value(node, &values, inputs) } else { dead });
     }
     let at = |id: &Id| values[id.index()].real();
-    let matrix = |rows: &[Vec<Id>]| rows.iter().map(|row| row.iter().map(at).collect()).collect();
-    Outputs {
-        force: program.force.iter().map(at).collect(),
-        dfdx: matrix(&program.dfdx),
-        dfdv: matrix(&program.dfdv),
-    }
+    let array = |array: &Array<Id>| Array {
+        part: array.part,
+        columns: array.columns,
+        entries: array.entries.iter().map(at).collect(),
+    };
+    Outputs(program.arrays.iter().map(array).collect())
 }
 
 fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N) -> Value<N> {

@@ -383,7 +383,7 @@ fn ties(function: &Stages, precision: Precision) -> TokenStream {
         let array = format_ident!("{}", if body.kind == BodyKind::RIGID { "rigid" } else { "particles" });
         quote!(&bodies.#array[indices[#k]],)
     });
-    let (params, pass, knows) = if signature.parameters.is_empty() {
+    let (params, pass, knows) = if !signature.has_given() {
         (quote!(()), quote!(), quote!())
     } else {
         let knows = quote! {
@@ -393,7 +393,7 @@ fn ties(function: &Stages, precision: Precision) -> TokenStream {
         };
         (quote!(#module::Params), quote!(params,), knows)
     };
-    let unused = if signature.parameters.is_empty() { quote!(_params) } else { quote!(params) };
+    let unused = if !signature.has_given() { quote!(_params) } else { quote!(params) };
     quote! {
         impl ::forcec_runtime::Kernel for #module::Output {
             type Real = #real;

@@ -3,12 +3,12 @@
 //! In: paths of force files and of folders. Out: compiled files and the texts a target makes of them; or every error as
 //! text, ready to be shown.
 
-use crate::Plan;
-use crate::compile::{Compiled, compile};
+use crate::compile::{Compiled, Request, compile};
 use crate::diagnostic::Diagnostics;
 use crate::identifiers::defined_for;
 use crate::kernel::{File, Precision, Target};
 use crate::span::Source;
+use crate::specialize::Specialization;
 use crate::{syntax, targets};
 use std::collections::BTreeMap;
 use std::fs;
@@ -76,18 +76,36 @@ pub(crate) fn read_all(named: &[PathBuf]) -> Found {
 pub(crate) fn compile_all(
     sources: Vec<(PathBuf, Source)>,
     wanted: &dyn Fn(&str) -> bool,
-    plan: Plan,
+    request: &Request,
     step: &mut dyn FnMut(&str),
 ) -> (Vec<Unit>, Vec<Diagnostics>) {
     let (mut units, mut errors) = (Vec::new(), Vec::new());
     for (path, source) in sources {
         step(&source.name);
-        match compile(&source, wanted, plan) {
+        match compile(&source, wanted, request.clone()) {
             Ok(compiled) => units.push(Unit { path, compiled }),
             Err(diagnostics) => errors.push(diagnostics),
         }
     }
     (units, errors)
+}
+
+/// A message for every body or parameter that is said to be known and that no force function has.
+pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
+    let functions = || units.iter().flat_map(|unit| &unit.compiled.functions);
+    let signatures = || functions().map(|function| &function.definition.graph.signature);
+    let bodies: Vec<&str> = signatures().flat_map(|s| &s.bodies).map(|body| body.name.as_str()).collect();
+    let parameters: Vec<&str> = signatures().flat_map(|s| &s.parameters).map(|p| p.name.as_str()).collect();
+    let fixed = known.fixed.iter().map(|name| ("body", name, &bodies));
+    let wanted = fixed.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
+    let unknown = wanted.filter(|(_, name, names)| !names.contains(&name.as_str()));
+    unknown
+        .map(|(what, name, names)| {
+            let help = syntax::suggest::did_you_mean(name, names.iter().copied());
+            let help = help.map_or_else(String::new, |help| format!("\n  = help: {help}"));
+            format!("error: no force function has a {what} `{name}`{help}")
+        })
+        .collect()
 }
 
 /// The files that targets make of compiled ones, in the order of their paths.

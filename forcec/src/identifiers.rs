@@ -183,14 +183,19 @@ mod tests {
             name: (*name).to_owned(),
             ty: ParameterType::Real,
             domain: Domain::Any,
+            value: None,
         };
         let parameters = names.iter().map(field).collect();
-        Arguments::new(&Signature { bodies: vec![], parameters }, target).parameters
+        Arguments::new(&Signature { bodies: vec![], parameters, rows: 0 }, target).parameters
     }
 
     fn bodies(names: &[&str], target: Target) -> Vec<String> {
-        let bodies = names.iter().map(|name| Body { name: (*name).to_owned(), kind: BodyKind::PARTICLE });
-        Arguments::new(&Signature { bodies: bodies.collect(), parameters: vec![] }, target).bodies
+        let bodies = names.iter().map(|name| Body {
+            name: (*name).to_owned(),
+            kind: BodyKind::PARTICLE,
+            fixed: false,
+        });
+        Arguments::new(&Signature { bodies: bodies.collect(), parameters: vec![], rows: 0 }, target).bodies
     }
 
     #[test]

@@ -61,7 +61,8 @@ impl Kernel {
         let mut lines = self.formulas.clone();
         let count = self.schedule.operations();
         let freedoms = self.schedule.signature.freedoms();
-        let outputs = freedoms + 2 * freedoms * freedoms;
+        let lengths = self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature));
+        let outputs: usize = lengths.sum();
         lines.push(format!(
             "{} operations: {} add, {} mul, {} div, {} sqrt, {} call; {} negations.",
             count.total(),

@@ -86,7 +86,7 @@ impl fmt::Display for Compiled {
 /// ```
 pub fn compile(source: &str, options: &Options) -> Result<Compiled, Diagnostics> {
     let source = Source::new(options.name.as_str(), source);
-    let plan = Plan { effort: options.effort, mode: options.mode, fma: options.fma };
+    let plan = Plan { effort: options.effort, mode: options.mode, fma: options.fma, ..Plan::default() };
     let compiled = crate::compile::compile(&source, &|_| true, plan)?;
     let kernels = compiled.functions.iter().map(|function| {
         let text = crate::targets::kernel(&function.kernel, options.target, options.real);

@@ -1,5 +1,7 @@
 //! How a kernel is to be made: how long to look for fewer operations, and what may be done to rounding for them.
 
+use crate::vector::FORMULATIONS;
+
 /// How long to look for fewer operations.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub enum Effort {
@@ -17,14 +19,25 @@ impl Effort {
     pub const ALL: [(&'static str, Effort); 3] =
         [("quick", Effort::Quick), ("default", Effort::Default), ("max", Effort::Max)];
 
-    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest.
-    pub(crate) fn rounds(self, operations: usize) -> usize {
-        let (most, budget) = match self {
-            Effort::Quick => (0, 0),
-            Effort::Default => (8, 10_000),
-            Effort::Max => (500, 400_000),
+    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest; and how many of
+    /// them in a row may bring nothing.
+    pub(crate) fn rounds(self, operations: usize) -> (usize, usize) {
+        let (most, budget, patience) = match self {
+            Effort::Quick => (0, 0, 0),
+            Effort::Default => (16, 12_000, 4),
+            Effort::Max => (500, 400_000, 250),
         };
-        most.min(budget / operations.max(1))
+        (most.min(budget / operations.max(1)), patience)
+    }
+
+    /// How many formulations to try for a kernel of so many operations; the first is always tried.
+    pub(crate) fn formulations(self, operations: usize) -> usize {
+        let budget = match self {
+            Effort::Quick => 0,
+            Effort::Default => 6_000,
+            Effort::Max => 100_000,
+        };
+        (budget / operations.max(1)).clamp(1, FORMULATIONS.len())
     }
 }
 
@@ -85,7 +98,7 @@ impl Mode {
 }
 
 /// How to make a kernel.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Plan {
     /// How long to look for fewer operations.
     pub effort: Effort,
@@ -93,6 +106,14 @@ pub struct Plan {
     pub mode: Mode,
     /// Whether products that are added are written as fused multiplications and additions.
     pub fma: bool,
+    /// Which passes of the optimiser run, a bit each.
+    pub(crate) passes: u32,
+}
+
+impl Default for Plan {
+    fn default() -> Plan {
+        Plan { effort: Effort::Default, mode: Mode::Balanced, fma: false, passes: u32::MAX }
+    }
 }
 
 impl From<Effort> for Plan {

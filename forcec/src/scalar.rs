@@ -8,6 +8,7 @@
 use crate::bodies::{Signature, Slot};
 use crate::exact::{self, Exact};
 use crate::ops::{Cost, Function};
+use crate::outputs::{Array, Output, Part};
 use crate::vector::Comparison;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
@@ -513,6 +514,17 @@ impl std::ops::AddAssign for Operations {
     }
 }
 
+/// What a kernel is after a pass.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Step {
+    /// The pass.
+    pub pass: &'static str,
+    /// Operations.
+    pub operations: Operations,
+    /// Outputs that are not zero, those that are equal up to sign counted once.
+    pub distinct: usize,
+}
+
 /// A kernel as a scalar graph with outputs.
 #[derive(Clone)]
 pub struct Program {
@@ -520,18 +532,36 @@ pub struct Program {
     pub signature: Signature,
     /// The nodes.
     pub graph: Graph,
-    /// F, N entries.
-    pub force: Vec<Id>,
-    /// ∂F/∂X, N rows of N.
-    pub dfdx: Vec<Vec<Id>>,
-    /// ∂F/∂V, N rows of N.
-    pub dfdv: Vec<Vec<Id>>,
+    /// The results, in the order they are stored.
+    pub arrays: Vec<Array<Id>>,
 }
 
 impl Program {
-    /// All outputs in the order they are stored: F, ∂F/∂X and ∂F/∂V row by row.
+    /// All outputs in the order they are stored: every result row by row.
     pub fn outputs(&self) -> impl Iterator<Item = Id> + '_ {
-        self.force.iter().chain(self.dfdx.iter().flatten()).chain(self.dfdv.iter().flatten()).copied()
+        self.arrays.iter().flat_map(|array| &array.entries).copied()
+    }
+
+    /// The entries of a result, row by row; none if it is not computed.
+    pub fn part(&self, part: Part) -> &[Id] {
+        self.arrays.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
+    }
+
+    /// A program all of whose outputs are one node.
+    pub fn filled(signature: Signature, graph: Graph, parts: &[Part], id: Id) -> Program {
+        let array = |part: &Part| {
+            let entries = vec![id; part.length(&signature)];
+            Array { part: *part, columns: part.shape(&signature).1, entries }
+        };
+        let arrays = parts.iter().map(array).collect();
+        Program { signature, graph, arrays }
+    }
+
+    /// Changes one output. Panics if it is not computed.
+    pub fn set(&mut self, output: Output, id: Id) {
+        let array = self.arrays.iter_mut().find(|array| array.part == output.part);
+        let array = array.expect("a result that is computed");
+        array.entries[output.row * array.columns + output.column] = id;
     }
 
     /// The outputs, and the values in which digits are lost.
@@ -541,19 +571,12 @@ impl Program {
 
     /// The same outputs over no nodes yet.
     pub fn outline(&self) -> Program {
-        Program {
-            signature: self.signature.clone(),
-            graph: Graph::default(),
-            force: self.force.clone(),
-            dfdx: self.dfdx.clone(),
-            dfdv: self.dfdv.clone(),
-        }
+        Program { signature: self.signature.clone(), graph: Graph::default(), arrays: self.arrays.clone() }
     }
 
     /// Replaces every output.
     pub fn map_outputs(&mut self, mut map: impl FnMut(Id) -> Id) {
-        let dfdx = self.dfdx.iter_mut().flatten();
-        for output in self.force.iter_mut().chain(dfdx).chain(self.dfdv.iter_mut().flatten()) {
+        for output in self.arrays.iter_mut().flat_map(|array| &mut array.entries) {
             *output = map(*output);
         }
     }

@@ -2,20 +2,21 @@
 
 use crate::derive::Derived;
 use crate::formula::{Dialect, Formulas};
-use crate::scalar::{self, Operations, Program};
+use crate::outputs::Array;
+use crate::scalar::{self, Program, Step};
 use crate::vector::{Graph, Node};
 use std::fmt::{self, Write};
 
-/// Operations after lowering and after every pass.
-pub fn passes(report: &[(&str, Operations)]) -> String {
+/// Operations and distinct outputs after lowering and after every pass.
+pub fn passes(report: &[Step]) -> String {
     let mut text = format!(
-        "{:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}\n",
-        "pass", "add", "mul", "div", "sqrt", "call", "total"
+        "{:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}{:>10}\n",
+        "pass", "add", "mul", "div", "sqrt", "call", "total", "distinct"
     );
-    for (pass, ops) in report {
+    for Step { pass, operations: ops, distinct } in report {
         let _ = writeln!(
             text,
-            "{pass:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}",
+            "{pass:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}{distinct:>10}",
             ops.add,
             ops.mul,
             ops.div,
@@ -234,15 +235,9 @@ impl fmt::Display for Program {
                 None => writeln!(f, "{id} = {text}")?,
             }
         }
-        let names = self.signature.coordinate_names();
-        for (name, id) in names.iter().zip(&self.force) {
-            writeln!(f, "force[{name}] = {id}")?;
-        }
-        for (array, rows) in [("dfdx", &self.dfdx), ("dfdv", &self.dfdv)] {
-            for (row, entries) in names.iter().zip(rows) {
-                for (column, id) in names.iter().zip(entries).filter(|(_, id)| !self.graph.is_zero(**id)) {
-                    writeln!(f, "{array}[{row}][{column}] = {id}")?;
-                }
+        for (output, id) in self.arrays.iter().flat_map(Array::outputs) {
+            if output.part.is_list() || !self.graph.is_zero(*id) {
+                writeln!(f, "{} = {id}", output.named(&self.signature))?;
             }
         }
         Ok(())

@@ -482,3 +482,29 @@ fn a_full_disk_is_an_error() {
     assert_eq!(output.status.code(), Some(2));
     assert_has(&String::from_utf8_lossy(&output.stderr), &["error: cannot write to standard output: "]);
 }
+
+// ---- what is known beforehand
+
+#[test]
+fn what_is_known_is_no_argument() {
+    let place = Place::new("known");
+    place.write(
+        "tie.rs",
+        "#[constraint]\npub fn tie(p: Particle, q: Particle) -> Vec3 {\n    q.position - p.position\n}\n",
+    );
+    place.write("spring.rs", SPRING);
+    place.succeeds("check . --fixed q --set damping=0 --set k=0.3");
+    place.succeeds("build . --out o --fixed q --set damping=0 --set k=0.3");
+    assert_has(&place.read("o/tie.h"), &["double stiffness;", "tie_fixed_q_set_damping_params_f64"]);
+    assert!(!place.read("o/tie.h").contains("double damping"));
+    assert_has(&place.read("o/spring.c"), &["k = 0.3\n", "const double k = 0.3;"]);
+    let refused = |known: &str| place.refused(&format!("build tie.rs --out never {known}"));
+    assert_has(&refused("--fixed o"), &["error: no force function has a body `o`"]);
+    assert_has(&refused("--set dampng=1"), &["no force function has a parameter `dampng`", "`damping`"]);
+    assert_has(&refused("--set damping=[1,2]"), &["`damping` has 1 entries, and 2 are set", "tie.rs:2:8"]);
+    assert_has(&refused("--fixed p --fixed q"), &["no body of `tie` moves", "tie.rs:2:8"]);
+    for wrong in ["damping", "damping=", "damping=nan", "damping=fast", "=1"] {
+        assert_has(&refused(&format!("--set {wrong}")), &["is not NAME=NUMBER or NAME=[NUMBER, …]"]);
+    }
+    assert!(place.files("never").is_empty());
+}

@@ -182,13 +182,13 @@ fn counts() -> String {
 fn passes() -> String {
     let kernels = library(&PASSED);
     let mut heading = vec!["kernel"];
-    heading.extend(kernels[0].report.iter().map(|(name, _)| *name));
+    heading.extend(kernels[0].report.iter().map(|step| step.pass));
     heading.push("kernel");
     table(
         &heading,
         kernels.iter().map(|stages| {
             let mut row = vec![code(&stages.kernel.name)];
-            row.extend(stages.report.iter().map(|(_, operations)| total(operations)));
+            row.extend(stages.report.iter().map(|step| total(&step.operations)));
             row.push(total(&stages.kernel.schedule.operations()));
             row
         }),

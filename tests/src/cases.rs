@@ -4,10 +4,12 @@
 //! identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit arithmetic.
 
 use crate::{ForceFile, Random, pipe};
+use forcec::bodies::Signature;
 use forcec::compile::Stages;
 use forcec::kernel::Precision;
+use forcec::outputs::Part;
 use forcec::verify::probe::Probe;
-use forcec::verify::{Array, Family, Inputs, Subject};
+use forcec::verify::{Family, Inputs, Subject};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
@@ -112,7 +114,7 @@ pub struct Miss {
     /// The kernel.
     pub kernel: String,
     /// The array.
-    pub array: Array,
+    pub array: Part,
     /// The entry of it that is furthest off.
     pub entry: String,
     /// What kind of state it is.
@@ -145,7 +147,7 @@ pub fn misses(function: &Stages, precision: Precision, case: &Case, computed: &[
     let subject = Subject { source: &function.source, program: &function.program };
     let probe = Probe::new(&subject);
     let mut worst: Vec<Miss> = Vec::new();
-    for array in Array::ALL {
+    for array in function.outputs() {
         let entries: Vec<usize> = (0..computed.len()).filter(|at| probe.name(*at).0 == array).collect();
         let largest = entries.iter().map(|at| case.expected[*at].abs()).fold(0.0, f64::max);
         let miss = |at: usize| {
@@ -190,8 +192,9 @@ pub fn compare(
             all.push((function, precision, cases(function, precision, reference)));
         }
     }
-    let cases = all.iter().flat_map(|(_, _, cases)| cases);
-    let input: Vec<f64> = cases.flat_map(|case| case.inputs.iter().copied()).collect();
+    let calls = all.iter().flat_map(|(function, _, cases)| cases.iter().map(move |case| (function, case)));
+    let input: Vec<f64> =
+        calls.flat_map(|(function, case)| given(&function.program.signature, &case.inputs)).collect();
     let output = pipe(program, &input);
     let mut output = output.as_slice();
     let mut found = Vec::new();
@@ -204,6 +207,19 @@ pub fn compare(
     }
     assert!(output.is_empty(), "{}: the driver writes what was asked for", file.stem);
     found
+}
+
+/// The inputs that a kernel is given: all but the parameters whose value it knows.
+fn given(signature: &Signature, inputs: &[f64]) -> Vec<f64> {
+    let fields = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
+    let (bodies, mut rest) = inputs.split_at(fields.map(|field| field.length as usize).sum());
+    let mut given = bodies.to_vec();
+    for parameter in &signature.parameters {
+        let (entries, others) = rest.split_at(parameter.ty.length() as usize);
+        given.extend(entries.iter().filter(|_| parameter.value.is_none()));
+        rest = others;
+    }
+    given
 }
 
 /// The largest change of some outputs when every input that is not zero moves to a number next to it, up or down at random:

@@ -7,19 +7,19 @@
 use forcec::bodies::Signature;
 use forcec::identifiers::kernel_name;
 use forcec::kernel::{File, Precision, Target};
+use forcec::outputs::Part;
 use std::fmt::Write;
 
 /// How many reals a kernel takes.
 pub fn inputs(signature: &Signature) -> usize {
     let bodies = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
-    let parameters = signature.parameters.iter().map(|parameter| parameter.ty.length() as usize);
+    let parameters = signature.given().map(|(_, parameter)| parameter.ty.length() as usize);
     bodies.map(|field| field.length as usize).sum::<usize>() + parameters.sum::<usize>()
 }
 
 /// How many reals a kernel gives.
-pub fn outputs(signature: &Signature) -> usize {
-    let n = signature.freedoms();
-    n + 2 * n * n
+pub fn outputs(signature: &Signature, parts: &[Part]) -> usize {
+    parts.iter().map(|part| part.length(signature)).sum()
 }
 
 const C_HEAD: &str = "\
@@ -73,7 +73,7 @@ pub fn c(file: &File, states: usize) -> String {
                 let _ = writeln!(declared, "    {}_{precision} body_{index};", body.kind.row().c_name);
                 arguments.push(format!("body_{index}"));
             }
-            if !signature.parameters.is_empty() {
+            if signature.has_given() {
                 let _ = writeln!(declared, "    {parameters} parameters;");
                 arguments.push("parameters".to_owned());
             }
@@ -161,7 +161,7 @@ pub fn rust(file: &File, states: usize) -> String {
                 let _ = writeln!(filled, "        let mut body_{index} = {ty}::default();");
                 arguments.push(format!("body_{index}"));
             }
-            if !signature.parameters.is_empty() {
+            if signature.has_given() {
                 let _ = writeln!(filled, "        let mut parameters = {stem}::{module}::Params::default();");
                 arguments.push("parameters".to_owned());
             }

@@ -6,10 +6,11 @@
 pub mod cases;
 pub mod driver;
 
-use forcec::Plan;
-use forcec::compile::{Compiled, compile};
+use forcec::compile::{Compiled, Request, compile};
 use forcec::kernel::{File, Precision};
+use forcec::outputs::Part;
 use forcec::span::Source;
+use forcec::{Plan, Specialization};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -65,6 +66,31 @@ fn files(folder: &str) -> Vec<ForceFile> {
     });
     // The longest first: what works through them in parallel does not end with waiting for it.
     files.sort_by_key(|file| std::cmp::Reverse(file.compiled.functions.len()));
+    files
+}
+
+/// Kernels that are not the usual ones, a force file each: of a body that never moves, of numbers that stand for others
+/// and numbers that stand under their name; of results by choice.
+pub fn special() -> Vec<ForceFile> {
+    let set = ["arm_b=[0, -0.3, 0.5]", "damping=0.7", "stiffness=20"];
+    let set = set.map(|text| Specialization::parse_value(text).expect("a value")).to_vec();
+    let known = Specialization { fixed: vec!["b".to_owned()], set };
+    let values = Part::chosen(["value", "jacobian", "dfdv"]).expect("names of results");
+    let requests = [
+        ("joints", Request { known, ..Request::default() }),
+        ("springs", Request { outputs: values.clone(), ..Request::default() }),
+        ("solids", Request { outputs: values, ..Request::default() }),
+        ("contacts", Request { outputs: vec![Part::Force], ..Request::default() }),
+    ];
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints");
+    let mut files = Vec::new();
+    for (stem, request) in requests {
+        let path = folder.join(format!("{stem}.rs"));
+        let text = std::fs::read_to_string(&path).expect("a force file can be read");
+        let compiled = compile(&Source::new(format!("{stem}.rs"), text), &|_| true, request);
+        let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
+        files.push(ForceFile { stem: stem.to_owned(), compiled });
+    }
     files
 }
 

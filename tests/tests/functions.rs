@@ -4,6 +4,7 @@
 use forcec::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature};
 use forcec::kernel::{File, Kernel, Precision, Target};
 use forcec::ops::{Function, FunctionDomain};
+use forcec::outputs::{Output, Part};
 use forcec::scalar::{Graph, Program};
 use forcec::schedule::{Style, schedule};
 use forcec::targets;
@@ -164,18 +165,23 @@ fn edges_of_domains_are_where_the_table_says() {
 fn kernels() -> Vec<(Function, Kernel)> {
     let kernel = |function: Function| {
         let row = function.row();
-        let parameter = |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
+        let parameter = |k| Parameter {
+            name: format!("x{k}"),
+            ty: ParameterType::Real,
+            domain: Domain::Any,
+            value: None,
+        };
         let signature = Signature {
-            bodies: vec![Body { name: "p".to_owned(), kind: BodyKind::PARTICLE }],
+            bodies: vec![Body { name: "p".to_owned(), kind: BodyKind::PARTICLE, fixed: false }],
             parameters: (0..2).map(parameter).collect(),
+            rows: 0,
         };
         let mut graph = Graph::default();
         let zero = graph.zero();
         let x: Vec<_> = (0..row.arity).map(|k| graph.input(signature.parameter_slot(k, 0))).collect();
         let result = graph.call(function, &x);
-        let matrix = vec![vec![zero; 3]; 3];
-        let force = vec![result, zero, zero];
-        let program = Program { signature, graph, force, dfdx: matrix.clone(), dfdv: matrix };
+        let mut program = Program::filled(signature, graph, &Part::DEFAULT, zero);
+        program.set(Output::new(Part::Force, 0, 0), result);
         let order = function.order().map(|n| n.to_string()).unwrap_or_default();
         let name = format!("f_{}{order}", row.name.to_lowercase());
         let schedule = schedule(&program, Style::default());
@@ -219,7 +225,12 @@ fn c_and_rust_spell_the_same_function() {
                 }
                 input.extend([0.0; 6]);
                 input.extend((0..2).map(|k| x.get(k).copied().unwrap_or(0.0)));
-                asked.push((*function, precision, x, driver::outputs(&kernel.schedule.signature)));
+                asked.push((
+                    *function,
+                    precision,
+                    x,
+                    driver::outputs(&kernel.schedule.signature, &kernel.schedule.parts),
+                ));
             }
         }
     }

@@ -1,7 +1,8 @@
 //! What every stage makes of small force files, as snapshots.
 //!
 //! An input is a file `tests/golden/NAME.rs` that shows one behaviour; its first line says which stages are worth a
-//! look: `// stages: graph, derivative, c`. Adding a case is adding a file. After a change that is meant:
+//! look: `// stages: graph, derivative, c`. The name of a pass of the optimiser stands for the scalar graph after it.
+//! Adding a case is adding a file. After a change that is meant:
 //!
 //! ```text
 //! INSTA_UPDATE=always cargo test -p forcec-tests --test goldens
@@ -13,6 +14,7 @@ use forcec::compile::{Compiled, Stages, compile};
 use forcec::derive::derive;
 use forcec::formula::Dialect;
 use forcec::kernel::{File, Precision, Target};
+use forcec::optimize::{LOWER, PASSES, Plan};
 use forcec::span::Source;
 use forcec::{targets, text};
 use std::collections::BTreeSet;
@@ -48,9 +50,17 @@ fn wanted(path: &Path) -> Vec<String> {
     let list = first.strip_prefix("// stages: ").unwrap_or_else(|| panic!("{}: no stages", path.display()));
     let stages: Vec<String> = list.split(", ").map(str::to_owned).collect();
     for stage in &stages {
-        assert!(STAGES.contains(&stage.as_str()), "{}: no stage `{stage}`", path.display());
+        let known = STAGES.contains(&stage.as_str()) || up_to(stage).is_some();
+        assert!(known, "{}: no stage `{stage}`", path.display());
     }
     stages
+}
+
+/// The passes of the optimiser up to this one.
+fn up_to(pass: &str) -> Option<Plan> {
+    let names: Vec<&str> = [LOWER].into_iter().chain(PASSES.iter().map(|pass| pass.name)).collect();
+    let place = names.iter().position(|name| *name == pass)?;
+    Plan::from(forcec::Effort::Default).with_passes(names[..=place].iter().copied()).ok()
 }
 
 /// One stage of every force function in a file.
@@ -80,13 +90,23 @@ fn stage(compiled: &Compiled, stem: &str, stage: &str) -> String {
         }
         "ast" => each(&|function| function.ast.clone()),
         "graph" => each(&|function| function.definition.graph.to_string()),
-        "derivative" => each(&|function| text::derivative(&mut derive(&function.definition), Dialect::Text)),
+        "derivative" => each(&|function| {
+            text::derivative(
+                &mut derive(&function.definition, &function.outputs(), function.formulation),
+                Dialect::Text,
+            )
+        }),
         "optimized" => each(&|function| function.program.to_string()),
         "schedule" => each(&|function| function.kernel.schedule.to_string()),
         "header" => emitted(Target::C, "h"),
         "c" => emitted(Target::C, "c"),
         "rust" => emitted(Target::Rust, "rs"),
-        _ => unreachable!("checked when it was read"),
+        pass => {
+            let plan = up_to(pass).expect("checked when it was read");
+            let compiled = compile(&compiled.source, &|_| true, plan).expect("it compiled before");
+            let programs = compiled.functions.iter().map(|function| function.program.to_string());
+            programs.collect()
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 use forcec::kernel::{Precision, Target};
 use forcec::targets;
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
-use forcec_tests::{ForceFile, driver, folder, library, parallel, run, unseen};
+use forcec_tests::{ForceFile, driver, folder, library, parallel, run, special, unseen};
 use std::time::Instant;
 
 const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2"];
@@ -28,12 +28,13 @@ fn measure(file: &ForceFile, folder: &std::path::Path) -> Vec<(Precision, Miss)>
 #[test]
 fn kernels_equal_their_mathematics() {
     let base = env!("CARGO_TARGET_TMPDIR");
-    let files: Vec<(String, ForceFile)> = [("library", library()), ("unseen", unseen())]
-        .into_iter()
-        .flat_map(|(kind, files)| {
-            files.into_iter().map(move |file| (format!("c_{kind}_{}", file.stem), file))
-        })
-        .collect();
+    let files: Vec<(String, ForceFile)> =
+        [("library", library()), ("unseen", unseen()), ("special", special())]
+            .into_iter()
+            .flat_map(|(kind, files)| {
+                files.into_iter().map(move |file| (format!("c_{kind}_{}", file.stem), file))
+            })
+            .collect();
     let found: Vec<(Precision, Miss)> = parallel(files, |(name, file)| {
         let start = Instant::now();
         let found = measure(&file, &folder(base, &name));

@@ -4,7 +4,7 @@
 use forcec::kernel::{Precision, Target};
 use forcec::targets;
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
-use forcec_tests::{ForceFile, driver, folder, library, lint, parallel, run};
+use forcec_tests::{ForceFile, driver, folder, library, lint, parallel, run, special};
 use std::path::Path;
 
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
@@ -23,7 +23,11 @@ fn measure(file: &ForceFile, folder: &Path) -> Vec<(Precision, Miss)> {
 #[test]
 fn kernels_are_clean_and_equal_their_program() {
     let base = env!("CARGO_TARGET_TMPDIR");
-    let found = parallel(library(), |file| measure(&file, &folder(base, &format!("rust_{}", file.stem))));
+    let files = library().into_iter().map(|file| ("library", file));
+    let files: Vec<(&str, ForceFile)> =
+        files.chain(special().into_iter().map(|file| ("special", file))).collect();
+    let found =
+        parallel(files, |(kind, file)| measure(&file, &folder(base, &format!("rust_{kind}_{}", file.stem))));
     let found: Vec<(Precision, Miss)> = found.into_iter().flatten().collect();
     judge(&found);
 }

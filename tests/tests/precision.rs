@@ -3,6 +3,7 @@
 
 use forcec::bodies::Slot;
 use forcec::compile::Stages;
+use forcec::outputs::Part;
 use forcec::verify::Subject;
 use forcec::verify::probe::Probe;
 use forcec::{Mode, Plan, Precision, Target, targets};
@@ -64,7 +65,7 @@ fn error(function: &Stages, probe: &Probe, inputs: &[f64]) -> f64 {
     let computed = function.kernel.schedule.evaluate::<f32>(&|slot| inputs[place(slot)] as f32);
     let computed = computed.expect("every output is written");
     let exact = probe.program(inputs);
-    let force: Vec<f64> = computed.force.iter().map(|x| f64::from(*x)).collect();
+    let force: Vec<f64> = computed.part(Part::Force).iter().map(|x| f64::from(*x)).collect();
     apart(&exact[..signature.freedoms()], &force)
 }
 

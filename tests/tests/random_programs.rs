@@ -3,13 +3,19 @@
 //! Programs come from a small grammar over two bodies, with every kind of parameter, law and statement, and functions only
 //! where they are smooth. `PROPTEST_CASES` raises their number.
 
+use forcec::bodies::Role;
+use forcec::compile::compile;
 use forcec::kernel::{File, Precision, Target};
+use forcec::optimize::{LOWER, PASSES, Plan};
+use forcec::scalar::{Node, Program};
+use forcec::span::Source;
 use forcec::targets;
 use forcec::verify::{self, CheckOptions, Family, Report, Subject, Verdict};
 use forcec_tests::compiled;
 use proptest::prelude::{Just, Strategy, prop_oneof};
 use proptest::strategy::BoxedStrategy;
 use proptest::test_runner::{Config, RngSeed, TestCaseError, TestError, TestRunner};
+use std::collections::BTreeSet;
 
 /// Programs, unless the environment says otherwise.
 const CASES: u32 = 64;
@@ -231,6 +237,65 @@ fn random_programs_compute_what_they_say() {
         Err(TestError::Fail(reason, text)) => panic!("{reason}\n{text}"),
         Err(abort) => panic!("{abort}"),
     }
+}
+
+/// The pinned differences that a program holds; `None` if it subtracts positions otherwise.
+fn pinned(program: &Program) -> Option<BTreeSet<String>> {
+    let live = program.live();
+    let is_position = |node: &Node| matches!(node, Node::Input(slot) if program.signature.role(*slot) == Some(Role::Position));
+    let mut differences = BTreeSet::new();
+    for (_, node) in program.graph.iter().filter(|(id, _)| live[id.index()]) {
+        match node {
+            Node::Difference(first, second) => {
+                differences.insert(format!("{first:?} {second:?}"));
+            }
+            Node::Sum(_, terms) => {
+                let points = terms.iter().filter(|(_, term)| is_position(program.graph.node(*term)));
+                let signs: BTreeSet<bool> = points.map(|(c, _)| c.is_negative()).collect();
+                if signs.len() > 1 {
+                    return None;
+                }
+            }
+            _ => {}
+        }
+    }
+    Some(differences)
+}
+
+/// Each pass by itself keeps the value and what is pinned.
+#[test]
+fn every_pass_keeps_values_and_pins() {
+    let config =
+        Config { cases: 12, failure_persistence: None, rng_seed: RngSeed::Fixed(11), ..Config::default() };
+    let mut held = 0;
+    let count = std::cell::RefCell::new(&mut held);
+    let outcome = TestRunner::new(config).run(&program(), |text| {
+        let source = Source::new("made.rs", text.as_str());
+        let with = |passes: &[&str]| {
+            let plan = Plan::from(forcec::Effort::Default).with_passes(passes.iter().copied()).unwrap();
+            compile(&source, &|_| true, plan).unwrap_or_else(|errors| panic!("{errors}\n{text}"))
+        };
+        let lowered = with(&[LOWER]);
+        let before = pinned(&lowered.functions[0].program).expect("lowering pins");
+        **count.borrow_mut() += before.len();
+        for pass in &PASSES {
+            let compiled = with(&[pass.name]);
+            let function = &compiled.functions[0];
+            let subject = Subject { source: &function.source, program: &function.program };
+            let report = verify::check(&subject, &CheckOptions { seed: 1, states: 1 });
+            if is_wrong(&report) {
+                return Err(TestCaseError::fail(format!("{}\n{}", pass.name, report.table())));
+            }
+            if !pinned(&function.program).is_some_and(|after| after.is_subset(&before)) {
+                return Err(TestCaseError::fail(format!("{} opens a pinned difference", pass.name)));
+            }
+        }
+        Ok(())
+    });
+    if let Err(error) = outcome {
+        panic!("{error}");
+    }
+    assert!(held > 0, "some programs pin differences");
 }
 
 /// tanh″ is −2 tanh x / cosh² x. Built as −2 sinh x / cosh³ x it would be ∞ · 0 beyond the range of cosh.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 14] = [
+const VOCABULARY: [&str; 17] = [
     "bodies",
     "definition",
     "diagnostic",
@@ -14,9 +14,12 @@ const VOCABULARY: [&str; 14] = [
     "identities",
     "number",
     "ops",
+    "outputs",
+    "plan",
     "scalar",
     "span",
     "special",
+    "specialize",
     "vector",
     "verify",
 ];

@@ -11,6 +11,8 @@ use super::values::Value;
 use crate::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature, Slot};
 use crate::definition::{Definition, Generalised, Law, Row};
 use crate::diagnostic::Diagnostic;
+use crate::exact::Exact;
+use crate::specialize::Specialization;
 use crate::syntax::ast::{DomainClause, ExprId, Function, FunctionKind, StatedDomain};
 use crate::syntax::suggest;
 use crate::vector::{Comparison, Graph};
@@ -32,10 +34,11 @@ pub(crate) fn define(
     recursive: &[bool],
     index: usize,
     graph: fn(Signature) -> Graph,
+    known: &Specialization,
 ) -> Outcome {
     let function = &program.functions[index];
     let mut diagnostics = Vec::new();
-    let signature = signature(program, recursive, index, &mut diagnostics);
+    let signature = signature(program, recursive, index, known, &mut diagnostics);
     let returns = returns(program, index, &mut diagnostics);
     let Some(signature) = signature else { return Outcome { definition: None, diagnostics, steps: 0 } };
     let mut graph = graph(signature.clone());
@@ -59,12 +62,14 @@ pub(crate) fn define(
         diagnostics.extend(risks::warnings(&graph, &ranges, &elaborator.risks));
     }
     let law = law(function, &value);
-    if let Law::Constraint { rows, per_row, .. } = &law {
-        let count: usize = rows.iter().map(|row| row.count()).sum();
+    graph.signature.rows = law.rows();
+    if let Law::Constraint { per_row, .. } = &law {
+        let count = law.rows();
         for name in ADDED {
             let real = ParameterType::Real;
             let ty = if *per_row { ParameterType::Array(count as u32, Box::new(real)) } else { real };
-            graph.signature.parameters.push(Parameter { name: name.to_owned(), ty, domain: Domain::Any });
+            let added = parameter(function, known, name.to_owned(), ty, &mut diagnostics);
+            graph.signature.parameters.push(added);
         }
     }
     let (name, docs) = (function.name.text.clone(), function.docs.clone());
@@ -75,11 +80,27 @@ pub(crate) fn define(
 /// The parameters that are added to a constraint.
 const ADDED: [&str; 2] = ["stiffness", "damping"];
 
+/// A parameter, with its value if that is known.
+fn parameter(
+    function: &Function,
+    known: &Specialization,
+    name: String,
+    ty: ParameterType,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Parameter {
+    let mut parameter = Parameter { name, ty, domain: Domain::Any, value: None };
+    if let Err(message) = known.give(&mut parameter) {
+        diagnostics.push(Diagnostic::error(function.name.span, message, "the function it is set for"));
+    }
+    parameter
+}
+
 /// What a kernel takes: bodies first, then parameters with their domains.
 fn signature(
     program: &Program<'_>,
     recursive: &[bool],
     index: usize,
+    known: &Specialization,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Signature> {
     let function = &program.functions[index];
@@ -100,7 +121,7 @@ fn signature(
                         .help("write the bodies first, then the parameters"),
                 );
             }
-            signature.bodies.push(Body { name, kind: *kind });
+            signature.bodies.push(Body { name, kind: *kind, fixed: false });
             continue;
         }
         if matches!(function.kind, FunctionKind::Constraint { .. }) && ADDED.contains(&name.as_str()) {
@@ -113,8 +134,8 @@ fn signature(
                 .help("choose another name, or leave the parameter out: the compiler multiplies by it"),
             );
         }
-        let parameter = ty.parameter();
-        let Some(parameter) = parameter.filter(|_| ty.reals() <= LARGEST_VALUE) else {
+        let stored = ty.parameter();
+        let Some(stored) = stored.filter(|_| ty.reals() <= LARGEST_VALUE) else {
             let label = match ty.parameter() {
                 Some(_) => format!("{} reals; a parameter has at most {LARGEST_VALUE}", ty.reals()),
                 None => format!("this is {}", ty.said()),
@@ -134,8 +155,18 @@ fn signature(
             );
             continue;
         };
-        let domain = Domain::Any;
-        signature.parameters.push(Parameter { name, ty: parameter, domain });
+        signature.parameters.push(parameter(function, known, name, stored, diagnostics));
+    }
+    known.fix(&mut signature.bodies);
+    if !signature.bodies.is_empty() && signature.freedoms() == 0 {
+        diagnostics.push(
+            Diagnostic::error(
+                function.name.span,
+                format!("no body of `{}` moves", function.name.text),
+                "all of them are fixed",
+            )
+            .help("leave one of them to move"),
+        );
     }
     if signature.bodies.is_empty() && !poisoned && diagnostics.len() == before {
         diagnostics.push(
@@ -372,12 +403,22 @@ fn stored(g: &mut Graph, slot: Slot, ty: &ParameterType) -> Value {
         ParameterType::Vector(n) => Value::Few((0..*n).map(|k| g.entry(at(k))).collect()),
         ParameterType::Matrix(3) => Value::Matrix3(Matrix3::rows([0, 3, 6].map(|k| g.triple(at(k))))),
         ParameterType::Matrix(_) => Value::Matrix2([0, 1, 2, 3].map(|k| g.entry(at(k)))),
+        ParameterType::Quaternion if g.simplifies() && is_identity(g, slot) => {
+            Value::Quat(Quaternion::identity())
+        }
         ParameterType::Quaternion => Value::Quat(Quaternion::stored(slot)),
         ParameterType::Array(n, element) => {
             let length = element.length() as u32;
             Value::array((0..*n).map(|k| stored(g, at(k * length), element)).collect())
         }
     }
+}
+
+/// Whether a quaternion is known to be the identity.
+fn is_identity(g: &Graph, slot: Slot) -> bool {
+    let entries = [Exact::ZERO, Exact::ZERO, Exact::ZERO, Exact::ONE];
+    let at = |offset: u32| g.signature.known(Slot { offset: slot.offset + offset, ..slot });
+    (0..).zip(entries).all(|(offset, entry)| at(offset) == Some(entry))
 }
 
 /// Values that stand for any of these types; integers are left open and poison what depends on them.
@@ -394,7 +435,7 @@ pub(crate) fn symbolic(e: &mut Elaborator<'_>, types: &[Type]) -> Vec<Value> {
 fn bodies_of(ty: &Type, signature: &mut Signature) {
     match ty {
         Type::Body(kind) if signature.bodies.len() < MOST_ARGUMENTS => {
-            signature.bodies.push(Body { name: String::new(), kind: *kind });
+            signature.bodies.push(Body { name: String::new(), kind: *kind, fixed: false });
         }
         Type::Tuple(types) => types.iter().for_each(|ty| bodies_of(ty, signature)),
         Type::Array(element, n) if contains_body(element) => {
@@ -420,7 +461,7 @@ fn any(e: &mut Elaborator<'_>, ty: &Type, next_body: &mut u16) -> Value {
             return Value::Poison;
         }
         let slot = e.graph.signature.parameter_slot(count, 0);
-        let new = Parameter { name: String::new(), ty: parameter.clone(), domain: Domain::Any };
+        let new = Parameter { name: String::new(), ty: parameter.clone(), domain: Domain::Any, value: None };
         e.graph.signature.parameters.push(new);
         return stored(&mut e.graph, slot, &parameter);
     }

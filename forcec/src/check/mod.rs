@@ -29,6 +29,7 @@ pub use builtins::reference;
 
 use crate::definition::Definition;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::specialize::Specialization;
 use crate::syntax::ast::{Expressions, File, FunctionKind};
 use crate::syntax::{report, with_deep_stack};
 use crate::vector::Graph;
@@ -47,10 +48,26 @@ pub struct Checked {
 
 /// Checks a file, or says everything that is wrong with it.
 pub fn check(file: &File) -> Result<Checked, Diagnostics> {
-    with_deep_stack(|| check_here(file))
+    check_knowing(file, &Specialization::default(), &|_| true)
 }
 
-fn check_here(file: &File) -> Result<Checked, Diagnostics> {
+/// Checks a file of which something is known; it is known of the wanted functions alone.
+pub fn check_knowing(
+    file: &File,
+    known: &Specialization,
+    wanted: &dyn Fn(&str) -> bool,
+) -> Result<Checked, Diagnostics> {
+    let wanted: BTreeSet<&str> = file
+        .functions
+        .iter()
+        .map(|function| function.name.text.as_str())
+        .filter(|name| wanted(name))
+        .collect();
+    with_deep_stack(|| check_here(file, known, &wanted))
+}
+
+fn check_here(file: &File, known: &Specialization, wanted: &BTreeSet<&str>) -> Result<Checked, Diagnostics> {
+    let nothing = Specialization::default();
     let mut diagnostics = Vec::new();
     let program = Program::new(file, &mut diagnostics);
     let names = names::resolve(&program);
@@ -64,7 +81,8 @@ fn check_here(file: &File) -> Result<Checked, Diagnostics> {
         if function.kind == FunctionKind::Helper || in_vain > elaborator::MOST_STEPS / 4 {
             continue;
         }
-        let outcome = forces::define(&program, &names.recursive, index, Graph::new);
+        let known = if wanted.contains(function.name.text.as_str()) { known } else { &nothing };
+        let outcome = forces::define(&program, &names.recursive, index, Graph::new, known);
         in_vain += if outcome.definition.is_none() { outcome.steps } else { 0 };
         diagnostics.extend(outcome.diagnostics);
         definitions.extend(outcome.definition);
@@ -84,13 +102,13 @@ fn check_here(file: &File) -> Result<Checked, Diagnostics> {
 /// A function of a checked file on a graph that simplifies nothing: the reference for everything that is derived.
 ///
 /// Panics if the file does not pass [`check`], or has no force function of that name.
-pub fn elaborate(file: &File, name: &str) -> Definition {
+pub fn elaborate(file: &File, name: &str, known: &Specialization) -> Definition {
     let definition = with_deep_stack(|| {
         let program = Program::new(file, &mut Vec::new());
         let names = names::resolve(&program);
         let program = typed(program, &mut Vec::new());
         let index = program.function(name)?;
-        forces::define(&program, &names.recursive, index, Graph::verbatim).definition
+        forces::define(&program, &names.recursive, index, Graph::verbatim, known).definition
     });
     definition.expect("a force function of this name that passed the check")
 }

@@ -188,7 +188,11 @@ fn vector(graph: &Graph, ranges: &Ranges, node: &Node) -> Option<(Interval, [Int
                 (true, true) => most,
                 _ => length([entry; 3]),
             };
-            (length, [entry; 3])
+            let entries = [0, 1, 2].map(|k| {
+                let known = graph.signature.known(Slot { offset: slot.offset + k, ..*slot });
+                known.map_or(entry, |value| Interval::point(value.to_f64()))
+            });
+            (length, entries)
         }
         Node::TurnVector(_) => (Interval::new(0.0, 1.0), within(Interval::new(0.0, 1.0))),
         Node::Difference(..) => (length([Interval::ALL; 3]), [Interval::ALL; 3]),

@@ -1,6 +1,7 @@
 //! `forcec check`: every kernel against the mathematics of its source.
 
 use super::{Failure, Input, Outcome, Progress, print};
+use crate::outputs::Part;
 use crate::verify::{self, CheckOptions, Report, Subject};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -29,7 +30,10 @@ impl Check {
                         let index = next.fetch_add(1, Ordering::Relaxed);
                         let Some(function) = functions.get(index) else { break };
                         let subject = Subject { source: &function.source, program: &function.program };
-                        let report = verify::check(&subject, &CheckOptions::default());
+                        let options = CheckOptions::default();
+                        let whole = function.outputs() == Part::DEFAULT;
+                        let check = if whole { verify::check } else { verify::check_chosen };
+                        let report = check(&subject, &options);
                         progress.step(&function.kernel.name);
                         reports.lock().unwrap_or_else(PoisonError::into_inner).push((index, report));
                     }

@@ -11,9 +11,10 @@ impl Input {
         let found = files::read_all(&self.paths);
         let mut errors = found.errors;
         let progress = Progress::new(found.sources.len());
+        let request = self.search.request();
         let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|only| only == name);
         let (units, wrong) =
-            files::compile_all(found.sources, &wanted, self.search.plan(), &mut |name| progress.step(name));
+            files::compile_all(found.sources, &wanted, &request, &mut |name| progress.step(name));
         errors.extend(wrong.iter().map(|diagnostics| diagnostics.render(colour())));
         drop(progress);
         for unit in &units {
@@ -25,6 +26,7 @@ impl Input {
         if errors.is_empty() {
             errors.extend(files::duplicates(&units));
             errors.extend(self.unknown_names(&units));
+            errors.extend(files::unknown(&units, &request.known));
         }
         if errors.is_empty() { Ok(units) } else { Err(Failure::Input(errors.join("\n\n"))) }
     }

@@ -8,8 +8,13 @@ mod input;
 mod show;
 mod stats;
 
+use crate::compile::Request;
+use crate::exact::Exact;
 use crate::kernel::{Precision, Target};
+use crate::optimize::{LOWER, PASSES};
+use crate::outputs::Part;
 use crate::plan::{Effort, Mode, Plan};
+use crate::specialize::Specialization;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -81,17 +86,57 @@ struct Search {
     /// Write products that are added as fused multiplications and additions
     #[arg(long)]
     fma: bool,
+    /// Only these passes of the optimiser, in their own order
+    #[arg(long, value_name = "PASS,…", value_delimiter = ',', value_parser = pass)]
+    passes: Option<Vec<String>>,
+    /// What kernels compute, of value, jacobian, force, dfdx and dfdv; `value` is C, or E, and its rate
+    #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', value_parser = output)]
+    outputs: Option<Vec<String>>,
+    /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
+    #[arg(long, value_name = "BODY")]
+    fixed: Vec<String>,
+    /// A parameter whose value is known, as in `damping=0` or `arm_b=[0,0,0.5]`; may be repeated
+    #[arg(long, value_parser = Specialization::parse_value, value_name = "NAME=VALUE")]
+    set: Vec<(String, Vec<Exact>)>,
 }
 
 impl Search {
-    fn plan(&self) -> Plan {
-        Plan { effort: self.effort, mode: self.mode, fma: self.fma }
+    fn request(&self) -> Request {
+        let plan = Plan { mode: self.mode, fma: self.fma, ..Plan::from(self.effort) };
+        let plan = match &self.passes {
+            // The parser let known names pass.
+            Some(names) => plan.with_passes(names.iter().map(String::as_str)).unwrap_or(plan),
+            None => plan,
+        };
+        let known = Specialization { fixed: self.fixed.clone(), set: self.set.clone() };
+        let chosen = self.outputs.as_ref().map(|names| Part::chosen(names.iter().map(String::as_str)));
+        let outputs = chosen.and_then(Result::ok).unwrap_or_else(|| Part::DEFAULT.to_vec());
+        Request { plan, known, outputs }
     }
 }
 
 /// The mode of this name.
 fn mode(name: &str) -> Result<Mode, String> {
     Mode::named(name).ok_or_else(|| format!("the modes are {}", Mode::names()))
+}
+
+/// An output of this name.
+fn output(name: &str) -> Result<String, String> {
+    Part::chosen([name]).map(|_| name.to_owned()).map_err(|_| {
+        let names: Vec<&str> = Part::CHOICES.iter().map(|(name, _)| *name).collect();
+        format!("the outputs are {}", names.join(", "))
+    })
+}
+
+/// A pass of this name.
+fn pass(name: &str) -> Result<String, String> {
+    match Plan::from(Effort::Default).with_passes([name]) {
+        Ok(_) => Ok(name.to_owned()),
+        Err(_) => {
+            let names: Vec<&str> = [LOWER].into_iter().chain(PASSES.iter().map(|pass| pass.name)).collect();
+            Err(format!("the passes are {}", names.join(", ")))
+        }
+    }
 }
 
 /// The effort of this name.

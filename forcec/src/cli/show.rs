@@ -39,7 +39,7 @@ pub(super) struct Show {
     stage: Stage,
     #[command(flatten)]
     search: Search,
-    /// With `--stage optimized`: operations after every pass instead of the values
+    /// With `--stage optimized`: operations and distinct outputs after every pass instead of the values
     #[arg(long)]
     explain: bool,
 }
@@ -51,6 +51,7 @@ impl Show {
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;
         let function = &unit.compiled.functions[0];
+        let derived = || derive(&function.definition, &function.outputs(), function.formulation);
         let rendered = |target| {
             let files = emit(&unit.file(&[Precision::F64]), target);
             files
@@ -62,8 +63,8 @@ impl Show {
         print(&match self.stage {
             Stage::Ast => function.ast.clone(),
             Stage::Graph => function.definition.graph.to_string(),
-            Stage::Derivative => text::derivative(&mut derive(&function.definition), Dialect::Text),
-            Stage::Latex => text::derivative(&mut derive(&function.definition), Dialect::Latex),
+            Stage::Derivative => text::derivative(&mut derived(), Dialect::Text),
+            Stage::Latex => text::derivative(&mut derived(), Dialect::Latex),
             Stage::Optimized if self.explain => text::passes(&function.report),
             Stage::Optimized => function.program.to_string(),
             Stage::Schedule => function.kernel.schedule.to_string(),

@@ -55,6 +55,7 @@ pub fn gradient(
         adjoints.vector(node, adjoint);
     }
     while let Some(index) = adjoints.last() {
+        lie.step();
         if let Some(terms) = adjoints.reals.remove(&index) {
             let adjoint = lie.graph.sum(Exact::ZERO, terms);
             if !lie.graph.is_zero(adjoint) {
@@ -221,7 +222,7 @@ fn propagate_vector(
             }
         }
         Node::VectorLet(v) => {
-            if matches!(lie.graph.node(v.index()), Node::Rotate(..)) {
+            if lie.graph.formulation.backward || matches!(lie.graph.node(v.index()), Node::Rotate(..)) {
                 // The adjoint of an arm goes into one cross product, where it is better seen through.
                 adjoints.vector(v, adjoint);
                 return;
@@ -234,10 +235,13 @@ fn propagate_vector(
     }
 }
 
-/// u × v, term by term where v is a sum of scaled vectors: the products are those of the other body, too.
+/// u × v, forward term by term where v is a sum of scaled vectors: the products are those of the other body, too.
 fn cross_terms(g: &mut Graph, u: Vector, v: Vector) -> Vector {
     match g.node(v.index()).clone() {
-        Node::VectorSum(terms) if terms.iter().all(|(_, t)| matches!(g.node(t.index()), Node::Scale(..))) => {
+        Node::VectorSum(terms)
+            if !g.formulation.backward
+                && terms.iter().all(|(_, t)| matches!(g.node(t.index()), Node::Scale(..))) =>
+        {
             let terms = terms.iter().map(|(c, term)| (c.clone(), g.cross(u, *term))).collect();
             g.vector_sum(terms)
         }

@@ -4,13 +4,14 @@
 //! derivative as a vector, for a vector a [`Matrix`]. A variable is a stored triple that moves by δ, a pinned
 //! difference taken as a whole, or an orientation that turns by δθ: D_θ (q·r) = −[q·r]×.
 
+use super::gradient::gradient;
 use super::matrix::{self, Matrix};
 use crate::bodies::{Role, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::vector::{Graph, Node, Real, Vector};
 use rustc_hash::FxHashMap;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 /// Three tangent coordinates that are moved together.
@@ -42,12 +43,30 @@ pub struct Lie {
     /// Differences that are variables of their own, so that the points in them are not moved through them.
     pub frontier: BTreeSet<(Slot, Slot)>,
     memo: FxHashMap<(u32, Variable), Derivative>,
+    /// Rows that were formed backward.
+    rows: FxHashMap<Real, BTreeMap<Variable, Vector>>,
+    /// Every variable.
+    variables: Vec<Variable>,
+    /// How many nodes may still be passed backward: beyond that rows are formed forward.
+    steps: usize,
 }
+
+/// How many nodes rows may be formed backward through: a chain of factors passes through each as often as it is long.
+const BACKWARD_STEPS: usize = 20_000;
 
 impl Lie {
     /// No derivative taken yet.
     pub fn new(graph: Graph, frontier: BTreeSet<(Slot, Slot)>) -> Lie {
-        Lie { graph, frontier, memo: FxHashMap::default() }
+        let steps = if graph.formulation.backward { BACKWARD_STEPS } else { 0 };
+        let signature = &graph.signature;
+        let mut variables: Vec<Variable> =
+            frontier.iter().map(|(first, second)| Variable::Difference(*first, *second)).collect();
+        for block in signature.pose_blocks().into_iter().chain(signature.velocity_blocks()) {
+            variables
+                .extend(signature.body_slot(block.body, block.role).map(|slot| variable(slot, block.role)));
+        }
+        variables.sort();
+        Lie { graph, frontier, memo: FxHashMap::default(), rows: FxHashMap::default(), variables, steps }
     }
 
     /// D of a real.
@@ -239,7 +258,7 @@ impl Lie {
                 Matrix::sum(&mut self.graph, &parts)
             }
             Node::Scale(s, v) => {
-                let row = self.row_of(*s, variable);
+                let row = self.factor_row(*s, variable);
                 let matrix = self.matrix_of(*v, variable);
                 let g = &mut self.graph;
                 if let Node::Product(factors) = g.node(s.index())
@@ -316,6 +335,25 @@ impl Lie {
         }
     }
 
+    /// The row of a factor of a vector.
+    fn factor_row(&mut self, factor: Real, variable: Variable) -> Vector {
+        if !self.rows.contains_key(&factor) {
+            if self.steps == 0 {
+                return self.row_of(factor, variable);
+            }
+            let (one, variables) = (self.graph.one(), self.variables.clone());
+            let rows = gradient(self, &[(factor, one)], &[], &variables);
+            self.rows.insert(factor, rows);
+        }
+        let row = self.rows[&factor].get(&variable).copied();
+        row.unwrap_or_else(|| self.graph.zero_vector())
+    }
+
+    /// A node is passed backward.
+    pub(super) fn step(&mut self) {
+        self.steps = self.steps.saturating_sub(1);
+    }
+
     fn unit(&mut self, sign: Exact) -> Matrix {
         let s = self.graph.constant(sign);
         Matrix::identity(&mut self.graph, s)
@@ -330,10 +368,14 @@ impl Lie {
     /// The variable that moves a body's block, when it is moved directly.
     pub fn variable(&self, body: u16, role: Role) -> Variable {
         let slot = self.graph.signature.body_slot(body, role).expect("a block names a stored field");
-        match role {
-            Role::Orientation => Variable::Rotation(slot),
-            _ => Variable::Triple(slot),
-        }
+        variable(slot, role)
+    }
+}
+
+fn variable(slot: Slot, role: Role) -> Variable {
+    match role {
+        Role::Orientation => Variable::Rotation(slot),
+        _ => Variable::Triple(slot),
     }
 }
 

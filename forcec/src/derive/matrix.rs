@@ -228,6 +228,9 @@ fn part(g: &Graph, identity: Real, skew: Vector, rotations: Vec<(Slot, bool)>) -
     (!zero).then_some(Turned { identity, skew, rotations })
 }
 
+/// Right sides of more terms are not taken apart.
+const LONGEST_RIGHT: usize = 8;
+
 /// Sums outer products: zero ones dropped, numbers and reals moved right, those with a common side joined.
 fn merge(g: &mut Graph, outer: Vec<(Vector, Vector)>) -> Vec<(Vector, Vector)> {
     let mut products: Vec<(Vector, Vector)> = Vec::with_capacity(outer.len());
@@ -242,6 +245,13 @@ fn merge(g: &mut Graph, outer: Vec<(Vector, Vector)>) -> Vec<(Vector, Vector)> {
             products.push((left, right));
         }
     }
+    if !g.formulation.closed {
+        let mut open = Vec::with_capacity(products.len());
+        for (u, v) in products {
+            open.extend(terms(g, v).into_iter().map(|term| (u, term)));
+        }
+        products = join(g, open, true);
+    }
     loop {
         let before = products.len();
         products = join(g, products, false);
@@ -253,21 +263,51 @@ fn merge(g: &mut Graph, outer: Vec<(Vector, Vector)>) -> Vec<(Vector, Vector)> {
     }
 }
 
-/// Joins products with the same left vector, or with `by_right` the same right one up to a number.
+/// The terms of a sum, or of a multiple of one, if they are few.
+fn terms(g: &mut Graph, v: Vector) -> Vec<Vector> {
+    let (scale, inner) = match *g.node(v.index()) {
+        Node::Scale(s, inner) => (Some(s), inner),
+        _ => (None, v),
+    };
+    let sum = match g.node(inner.index()) {
+        Node::VectorSum(sum) if sum.len() <= LONGEST_RIGHT => sum.clone(),
+        _ => return vec![v],
+    };
+    let mut multiple = |(c, term): (Exact, Vector)| {
+        let term = g.vector_sum(vec![(c, term)]);
+        scale.map_or(term, |s| g.scale(s, term))
+    };
+    sum.into_iter().map(&mut multiple).collect()
+}
+
+/// Joins products with the same left vector, or with `by_right` the same right one up to a real factor.
 fn join(g: &mut Graph, products: Vec<(Vector, Vector)>, by_right: bool) -> Vec<(Vector, Vector)> {
     let mut groups: BTreeMap<Vector, Vec<(Exact, Vector)>> = BTreeMap::new();
     for (u, v) in products {
         let (key, other) = if by_right { (v, u) } else { (u, v) };
-        let (ck, key) = g.split_vector(key);
-        let (co, other) = g.split_vector(other);
+        let (ck, mut key) = g.split_vector(key);
+        let (co, mut other) = g.split_vector(other);
+        if let Node::Scale(s, inner) = *g.node(key.index()) {
+            key = inner;
+            other = g.scale(s, other);
+        }
         groups.entry(key).or_default().push((&ck * &co, other));
     }
     let mut joined = Vec::new();
     for (key, others) in groups {
+        let several = others.len() > 1;
         let sum = g.vector_sum(others);
-        if !g.is_zero_vector(sum) {
-            joined.push(if by_right { (sum, key) } else { (key, sum) });
+        if g.is_zero_vector(sum) {
+            continue;
         }
+        joined.push(if !by_right {
+            (key, sum)
+        } else if several || g.formulation.bare {
+            let (s, sum) = g.split_scale(sum);
+            (sum, g.scale(s, key))
+        } else {
+            (sum, key)
+        });
     }
     joined
 }

@@ -15,7 +15,8 @@ pub mod rate;
 use crate::bodies::{Block, Role, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::exact::Exact;
-use crate::vector::{Graph, Node, Real, Vector};
+use crate::outputs::{Axis, Part};
+use crate::vector::{Formulation, Graph, Node, Real, Vector};
 use gradient::gradient;
 use lie::{Lie, Variable};
 use rate::Rates;
@@ -38,17 +39,20 @@ pub struct Derived {
     pub symmetric: bool,
     /// The variable whose adjoint a force is.
     pub pieces: BTreeMap<Vector, Variable>,
-    /// The rows of C with their rates; empty for energies and forces.
+    /// The rows of C with their rates; of an energy itself, if that is wanted; empty for forces.
     pub rows: Vec<(Real, Real)>,
     /// How many nodes of the graph are what the author stated.
     pub stated: usize,
+    /// What is to be computed, in the order of the table.
+    pub wanted: Vec<Part>,
 }
 
-/// Derives forces from a definition.
-pub fn derive(definition: &Definition) -> Derived {
+/// Derives forces from a definition, and what else is wanted; their derivatives are written in this formulation.
+pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation) -> Derived {
     let mut graph = definition.graph.clone();
     let stated = graph.len();
     graph.assume_unit_quaternions();
+    graph.formulation = formulation;
     let bodies = graph.signature.clone();
     let mut rows = Vec::new();
     let mut reals = Vec::new();
@@ -106,6 +110,10 @@ pub fn derive(definition: &Definition) -> Derived {
         Law::Energy(energy) => {
             let opposite = graph.constant(-Exact::ONE);
             reals.push((*energy, opposite));
+            if wanted.iter().any(|part| part.row().rows == Axis::Row) {
+                let rate = Rates::new(&mut graph).real(*energy);
+                rows.push((*energy, rate));
+            }
             symmetric = bodies.pose_blocks().iter().all(|block| block.role == Role::Position);
         }
         Law::Force(forces) => {
@@ -145,7 +153,8 @@ pub fn derive(definition: &Definition) -> Derived {
         let blocks = bodies.pose_blocks().into_iter();
         blocks.map(|block| (block, vec![(Exact::ONE, direct[&block])])).collect()
     };
-    Derived { lie, forces, pose, velocity, symmetric, pieces, rows, stated }
+    let wanted = wanted.to_vec();
+    Derived { lie, forces, pose, velocity, symmetric, pieces, rows, wanted, stated }
 }
 
 /// A force, named after what it acts on.

@@ -10,6 +10,7 @@ use crate::derive::lie::{Lie, Variable};
 use crate::derive::matrix::Matrix;
 use crate::derive::{Combination, Derived};
 use crate::exact::{Exact, collect};
+use crate::outputs::{Array, Part};
 use crate::scalar::{self, Id, Program};
 use crate::vector::{Node, Real, Vector};
 use rustc_hash::FxHashMap;
@@ -31,22 +32,22 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
         ways: FxHashMap::default(),
         shared,
     };
-    let freedoms = signature.freedoms();
-    let mut force = Vec::with_capacity(freedoms);
-    for (_, pieces) in &derived.forces {
-        let parts: Vec<(Exact, [Id; 3])> =
-            pieces.iter().map(|(c, v)| (c.clone(), lowering.vector(*v))).collect();
-        for axis in 0..3 {
-            let terms = parts.iter().map(|(c, part)| (c.clone(), part[axis])).collect();
-            force.push(lowering.scalar.sum(Exact::ZERO, terms));
-        }
-    }
     let mirrored = if derived.symmetric { Some(&derived.pieces) } else { None };
-    let dfdx = lowering.blocks(&derived.forces, &derived.pose, mirrored);
-    let dfdv = lowering.blocks(&derived.forces, &derived.velocity, None);
     let lost =
         if residual { lowering.residual(&derived.rows, &derived.forces, derived.stated) } else { vec![] };
-    let mut program = Program { signature, graph: lowering.scalar, force, dfdx, dfdv };
+    let mut arrays = Vec::new();
+    for &part in &derived.wanted {
+        let entries = match part {
+            Part::Value => derived.rows.iter().map(|(c, _)| lowering.real(*c)).collect(),
+            Part::Rate => derived.rows.iter().map(|(_, rate)| lowering.real(*rate)).collect(),
+            Part::Jacobian => lowering.jacobian(&derived.rows, &derived.pose),
+            Part::Force => lowering.forces(&derived.forces),
+            Part::Dfdx => lowering.blocks(&derived.forces, &derived.pose, mirrored),
+            Part::Dfdv => lowering.blocks(&derived.forces, &derived.velocity, None),
+        };
+        arrays.push(Array { part, columns: part.shape(&signature).1, entries });
+    }
+    let mut program = Program { signature, graph: lowering.scalar, arrays };
     let live = program.live();
     lost.into_iter().filter(|id| live[id.index()]).for_each(|id| program.graph.set_residual(id));
     program
@@ -181,12 +182,12 @@ impl Lowering {
     fn lower_node(&mut self, index: u32) -> Lowered {
         let node = self.lie.graph.node(index as usize).clone();
         match node {
-            Node::Triple(slot) => Lowered::Vector(
-                [0, 1, 2].map(|k| self.scalar.input(Slot { offset: slot.offset + k, ..slot })),
-            ),
+            Node::Triple(slot) => {
+                Lowered::Vector([0, 1, 2].map(|k| self.input(Slot { offset: slot.offset + k, ..slot })))
+            }
             Node::Difference(first, second) => Lowered::Vector([0, 1, 2].map(|k| {
                 let entry = |slot: Slot| Slot { offset: slot.offset + k, ..slot };
-                self.scalar.difference(entry(first), entry(second))
+                self.difference(entry(first), entry(second))
             })),
             Node::VectorSum(terms) => {
                 let parts: Vec<(Exact, [Id; 3])> =
@@ -223,10 +224,28 @@ impl Lowering {
         }
     }
 
+    /// An entry of an argument, or the number that stands for it.
+    fn input(&mut self, slot: Slot) -> Id {
+        match self.lie.graph.signature.folded(slot) {
+            Some(value) => self.scalar.constant(value),
+            None => self.scalar.input(slot),
+        }
+    }
+
+    /// The pinned difference of two entries; from zero there is nothing to pin.
+    fn difference(&mut self, first: Slot, second: Slot) -> Id {
+        let zero = |slot: &Slot| self.lie.graph.signature.known(*slot).is_some_and(|value| value.is_zero());
+        if [first, second].iter().any(zero) {
+            let (first, second) = (self.input(first), self.input(second));
+            return self.scalar.sub(first, second);
+        }
+        self.scalar.difference(first, second)
+    }
+
     fn lower_real(&mut self, node: &Node) -> Id {
         match node {
             Node::Constant(value) => self.scalar.constant(value.clone()),
-            Node::Entry(slot) => self.scalar.input(*slot),
+            Node::Entry(slot) => self.input(*slot),
             Node::Sum(constant, terms) => {
                 let terms = terms.iter().map(|(c, x)| (c.clone(), self.id(x.0))).collect();
                 self.scalar.sum(constant.clone(), terms)
@@ -297,8 +316,7 @@ impl Lowering {
     fn turn(&mut self, turn: &[(Slot, bool)]) -> [Id; 4] {
         let mut product: Option<([Id; 3], Id)> = None;
         for (slot, inverse) in turn {
-            let [x, y, z, s] =
-                [0, 1, 2, 3].map(|k| self.scalar.input(Slot { offset: slot.offset + k, ..*slot }));
+            let [x, y, z, s] = [0, 1, 2, 3].map(|k| self.input(Slot { offset: slot.offset + k, ..*slot }));
             let v = if *inverse { [x, y, z].map(|entry| self.scalar.neg(entry)) } else { [x, y, z] };
             product = Some(match product {
                 None => (v, s),
@@ -321,7 +339,7 @@ impl Lowering {
     /// v + 2w (u×v) + 2u×(u×v), or with −u for the inverse.
     fn rotate(&mut self, quaternion: Slot, inverse: bool, v: [Id; 3]) -> [Id; 3] {
         let [x, y, z, w] =
-            [0, 1, 2, 3].map(|k| self.scalar.input(Slot { offset: quaternion.offset + k, ..quaternion }));
+            [0, 1, 2, 3].map(|k| self.input(Slot { offset: quaternion.offset + k, ..quaternion }));
         let u = [x, y, z];
         let two = Exact::from(2);
         let double = u.map(|entry| self.scalar.scaled(two.clone(), entry));
@@ -358,14 +376,53 @@ impl Lowering {
 
     // ---- blocks
 
+    /// The generalised forces.
+    fn forces(&mut self, forces: &[(crate::bodies::Block, Combination<Vector>)]) -> Vec<Id> {
+        let mut force = Vec::new();
+        for (_, pieces) in forces {
+            let parts: Vec<(Exact, [Id; 3])> =
+                pieces.iter().map(|(c, v)| (c.clone(), self.vector(*v))).collect();
+            force.extend(self.combined(&parts));
+        }
+        force
+    }
+
+    /// Rows of derivatives of reals.
+    fn jacobian(
+        &mut self,
+        rows: &[(Real, Real)],
+        columns: &[(crate::bodies::Block, Combination<Variable>)],
+    ) -> Vec<Id> {
+        let mut entries = Vec::new();
+        for (real, _) in rows {
+            for (_, moves) in columns {
+                let mut parts = Vec::new();
+                for (c, variable) in moves {
+                    let row = self.lie.row(*real, *variable);
+                    parts.push((c.clone(), self.vector(row)));
+                }
+                entries.extend(self.combined(&parts));
+            }
+        }
+        entries
+    }
+
+    /// Σ coefficient · vector
+    fn combined(&mut self, parts: &[(Exact, [Id; 3])]) -> [Id; 3] {
+        [0, 1, 2].map(|axis| {
+            let terms = parts.iter().map(|(c, part)| (c.clone(), part[axis])).collect();
+            self.scalar.sum(Exact::ZERO, terms)
+        })
+    }
+
     /// N rows of N entries from three-by-three blocks.
     fn blocks(
         &mut self,
         forces: &[(crate::bodies::Block, Combination<Vector>)],
         columns: &[(crate::bodies::Block, Combination<Variable>)],
         mirrored: Option<&BTreeMap<Vector, Variable>>,
-    ) -> Vec<Vec<Id>> {
-        let mut entries = Vec::with_capacity(3 * forces.len());
+    ) -> Vec<Id> {
+        let mut entries = Vec::new();
         for (_, pieces) in forces {
             let mut rows: [Vec<Id>; 3] = Default::default();
             for (_, moves) in columns {
@@ -382,7 +439,7 @@ impl Lowering {
                     }
                 }
             }
-            entries.extend(rows);
+            entries.extend(rows.into_iter().flatten());
         }
         entries
     }

@@ -9,7 +9,7 @@ use super::polynomial::{Atom, Monomial, Monomials, Polynomial};
 use crate::exact::Exact;
 use crate::scalar::{Graph, Id, Node, Operations, Program};
 use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 /// What an atom is.
@@ -189,6 +189,15 @@ impl Network {
             Output::Multiple(_, atom) => Some(atom),
             Output::Number(_) => None,
         })
+    }
+
+    /// How many outputs are not zero, those that are equal up to sign counted once.
+    pub fn distinct(&self) -> usize {
+        let outputs = self.source.outputs().filter_map(|id| match &self.outputs[&id] {
+            Output::Multiple(c, atom) => Some((Some(*atom), c.abs())),
+            Output::Number(value) => (!value.is_zero()).then(|| (None, value.abs())),
+        });
+        outputs.collect::<BTreeSet<_>>().len()
     }
 
     /// Whether an atom is a sum of several terms, which can cancel.

@@ -5,6 +5,7 @@
 use crate::exact::Exact;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
+use smallvec::SmallVec;
 
 /// A value of the network.
 pub type Atom = u32;
@@ -15,14 +16,17 @@ pub struct Monomial(u32);
 
 /// Products of atoms, each sorted, a power repeated; the empty one is 1.
 #[derive(Clone, Default)]
-pub struct Monomials(IndexSet<Box<[Atom]>, FxBuildHasher>);
+pub struct Monomials(IndexSet<Product, FxBuildHasher>);
+
+/// Nearly every product has few factors.
+type Product = SmallVec<[Atom; 4]>;
 
 impl Monomials {
     /// The id of a product; the atoms need not be sorted.
     pub fn intern(&mut self, atoms: &mut [Atom]) -> Monomial {
         atoms.sort_unstable();
-        let found = self.0.get_index_of(&*atoms);
-        Monomial(found.unwrap_or_else(|| self.0.insert_full((&*atoms).into()).0) as u32)
+        let (place, _) = self.0.insert_full(Product::from_slice(atoms));
+        Monomial(place as u32)
     }
 
     /// The atoms of a product.

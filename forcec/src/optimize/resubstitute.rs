@@ -52,7 +52,9 @@ pub fn resubstitute(network: &mut Network) -> bool {
         }
         network.values[atom as usize] = Value::Sum(polynomial);
     }
-    network.sweep();
+    if changed {
+        network.sweep();
+    }
     changed
 }
 

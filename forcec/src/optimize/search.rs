@@ -30,13 +30,15 @@ const ROUNDS: [Round; 8] = [
     Round { rarity: 3, longest: 6 },
 ];
 
-/// Searches for this many rounds, factoring in at most so many steps each; free of what keeps errors small.
-pub fn search(network: &mut Network, rounds: usize, steps: usize, free: bool) {
+/// Searches for this many rounds, and no longer than so many in a row bring nothing; factors in at most so many steps;
+/// free of what keeps errors small.
+pub fn search(network: &mut Network, rounds: usize, patience: usize, steps: usize, free: bool) {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut idle = 0;
     let mut cost = network.operations().total();
     let mut candidates = dissolvable(network, free);
     for round in ROUNDS.iter().cycle().take(rounds) {
-        if candidates.is_empty() {
+        if candidates.is_empty() || idle == patience {
             return;
         }
         let mut attempt = network.clone();
@@ -52,6 +54,7 @@ pub fn search(network: &mut Network, rounds: usize, steps: usize, free: bool) {
             extract(&mut attempt, steps);
         }
         let total = attempt.operations().total();
+        idle = if total < cost { 0 } else { idle + 1 };
         if total <= cost {
             cost = total;
             *network = attempt;

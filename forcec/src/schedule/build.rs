@@ -2,6 +2,8 @@
 //!
 //! In: items, operands before users. Out: a schedule. The walk is depth first from the outputs in their order, so a
 //! value is computed right before it is first needed and stored, with everything equal to it, as soon as it is there.
+//! Rows that follow from others are written by loops; the rows of the same matrix are stored when all their entries
+//! are there, side by side, so that compilers make wide stores of them and wide loads in the loops.
 
 use crate::bodies::Signature;
 use crate::exact::Exact;
@@ -9,56 +11,60 @@ use crate::ops::Function;
 use crate::schedule::cut::{self, Room};
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::names::{self, Taken};
-use crate::schedule::{Expression, Name, Part, Schedule, Statement, Variable};
-use rustc_hash::FxHashMap;
+use crate::schedule::rows::{self, Negated, Rows, Scaled};
+use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Variable};
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// The statements that compute the items' outputs.
-pub(super) fn build(signature: &Signature, items: Items) -> Schedule {
-    let own_line = own_line(signature, &items);
-    let flipped = flipped(&items, &own_line);
+pub(super) fn build(signature: &Signature, mut items: Items) -> Schedule {
+    let mut distinct: Vec<ItemId> =
+        items.outputs.iter().map(|(_, edge)| edge.item).filter(|item| !items.is_zero(*item)).collect();
+    let nonzero = distinct.len();
+    distinct.sort_unstable();
+    distinct.dedup();
+    let rows = rows::find(&mut items, signature);
+    let own_line = own_line(signature, &items, &rows);
+    let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
     let told = names::assign(signature, &items, &own_line, &flipped, &mut taken);
-    let mut stores: FxHashMap<ItemId, Vec<usize>> = FxHashMap::default();
-    for (index, (_, edge)) in items.outputs.iter().enumerate() {
+    let mut stores: FxHashMap<ItemId, Vec<(Output, Edge)>> = FxHashMap::default();
+    for &(output, edge) in items.outputs.iter().filter(|(output, _)| !rows.side_by_side(output.part)) {
         if own_line[edge.item as usize] {
-            stores.entry(edge.item).or_default().push(index);
+            stores.entry(edge.item).or_default().push((output, edge));
         }
     }
     let count = items.items.len();
     let mut builder = Builder {
         signature,
         items: &items,
+        rows: &rows,
         own_line,
         flipped,
         told,
         stores,
         values: vec![None; count],
-        stored: vec![false; items.outputs.len()],
         variables: Vec::new(),
         statements: Vec::new(),
         taken,
-        family: Family::Output(0),
+        stored: FxHashSet::default(),
         part: Part::Force,
+        family: Family::Output(Output::new(Part::Force, 0, 0)),
     };
     builder.outputs();
     let Builder { variables, statements, .. } = builder;
-    let nonzero =
-        items.outputs.iter().filter(|(_, edge)| !items.is_zero(edge.item)).map(|(_, edge)| edge.item);
-    let mut distinct: Vec<ItemId> = nonzero.clone().collect();
-    distinct.sort_unstable();
-    distinct.dedup();
     Schedule {
         signature: signature.clone(),
-        nonzero: nonzero.count(),
-        distinct: distinct.len(),
+        parts: items.parts,
         variables,
         statements,
+        nonzero,
+        distinct: distinct.len(),
     }
 }
 
 /// Which items are written on a line of their own: what is used twice or named, and what no line can hold.
-fn own_line(signature: &Signature, items: &Items) -> Vec<bool> {
+fn own_line(signature: &Signature, items: &Items, rows: &Rows) -> Vec<bool> {
     let mut own: Vec<bool> = items.items.iter().zip(&items.uses).map(|(_, uses)| *uses > 1).collect();
     for (own, source) in own.iter_mut().zip(&items.sources) {
         *own |= source.is_some();
@@ -66,7 +72,10 @@ fn own_line(signature: &Signature, items: &Items) -> Vec<bool> {
     for (index, item) in items.items.iter().enumerate() {
         match item {
             Item::Select(..) | Item::Difference(..) => own[index] = true,
-            Item::Input(slot) => own[index] |= cut::input_width(signature, *slot) > cut::LONG_INPUT,
+            Item::Input(slot) => {
+                let long = cut::input_width(signature, *slot) > cut::LONG_INPUT;
+                own[index] |= long || signature.known(*slot).is_some();
+            }
             // No logic within logic: every language and every linter reads that alike.
             Item::And(a, b) | Item::Or(a, b) => [*a, *b].into_iter().for_each(|x| own[x as usize] = true),
             Item::Not(a) => own[*a as usize] = true,
@@ -80,6 +89,11 @@ fn own_line(signature: &Signature, items: &Items) -> Vec<bool> {
             own[item] = items.uses[item] > 1 || items.sources[item].is_some();
         }
     }
+    // A loop reads only names.
+    for scaled in &rows.scaled {
+        let edges = scaled.rows.iter().map(|(_, factor)| factor).chain(&scaled.columns);
+        edges.for_each(|edge| own[edge.item as usize] = true);
+    }
     for (own, item) in own.iter_mut().zip(&items.items) {
         *own &= !item.is_literal();
     }
@@ -88,12 +102,15 @@ fn own_line(signature: &Signature, items: &Items) -> Vec<bool> {
 
 /// Which named items are written down as their negative: those that are stored or passed on negated more often than
 /// not, where a sign turned around costs nothing.
-fn flipped(items: &Items, own_line: &[bool]) -> Vec<bool> {
+fn flipped(items: &Items, own_line: &[bool], rows: &Rows) -> Vec<bool> {
     let mut free = vec![false; items.items.len()];
     let mut votes = vec![0i32; items.items.len()];
     let mut vote = |edge: &Edge| votes[edge.item as usize] += if edge.negative { -1 } else { 1 };
     items.outputs.iter().for_each(|(_, edge)| vote(edge));
-    for (index, item) in items.items.iter().enumerate() {
+    for scaled in &rows.scaled {
+        scaled.rows.iter().map(|(_, factor)| factor).chain(&scaled.columns).for_each(&mut vote);
+    }
+    for (index, item) in items.items.iter().enumerate().filter(|(index, _)| items.uses[*index] > 0) {
         match item {
             Item::Call(_, edges) => edges.iter().for_each(&mut vote),
             Item::Select(_, x, y) | Item::Compare(_, x, y) => [x, y].into_iter().for_each(&mut vote),
@@ -121,28 +138,30 @@ fn flipped(items: &Items, own_line: &[bool]) -> Vec<bool> {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 enum Family {
     Item(ItemId),
-    Output(usize),
+    Output(Output),
 }
 
 pub(super) struct Builder<'a> {
     pub(super) signature: &'a Signature,
     items: &'a Items,
+    rows: &'a Rows,
     own_line: Vec<bool>,
     /// Whether the name of an item stands for its negative.
     flipped: Vec<bool>,
     /// Names that say what they are.
     told: Vec<Option<String>>,
-    /// The outputs that are an item or its negative.
-    stores: FxHashMap<ItemId, Vec<usize>>,
+    /// The outputs that are an item or its negative, and are stored when it is there.
+    stores: FxHashMap<ItemId, Vec<(Output, Edge)>>,
+    /// The outputs that are stored.
+    stored: FxHashSet<Output>,
+    /// The part that is being written.
+    part: Part,
     /// What stands for an item where it is used: a name, or until its only use the tree itself.
     values: Vec<Option<Expression>>,
-    stored: Vec<bool>,
     pub(super) variables: Vec<Variable>,
     statements: Vec<Statement>,
     taken: Taken,
     family: Family,
-    /// The part that is being written.
-    part: Part,
 }
 
 struct Frame {
@@ -153,68 +172,92 @@ struct Frame {
 
 impl Builder<'_> {
     fn outputs(&mut self) {
-        let items = self.items;
-        let mut begun = None;
-        for (index, &(output, edge)) in items.outputs.iter().enumerate() {
-            if begun != Some(output.part) {
-                begun = Some(output.part);
-                self.part = output.part;
-                self.statements.push(Statement::Heading(output.part));
-                self.zeros(output.part);
-            }
-            if self.stored[index] || items.is_zero(edge.item) {
-                continue;
-            }
-            self.visit(edge.item, Family::Output(index));
-            self.store_all(edge.item);
-            if !self.stored[index] {
-                self.store(index);
-            }
-        }
-    }
-
-    /// The zeros of a part; rows with the same zeros below each other are one statement.
-    fn zeros(&mut self, part: Part) {
-        let count = self.signature.freedoms();
-        let columns = if part == Part::Force { 1 } else { count };
-        let mut zero = vec![false; count * columns];
-        for (output, edge) in self.items.outputs.iter().filter(|(output, _)| output.part == part) {
-            zero[output.row * columns + output.column] = self.items.is_zero(edge.item);
-        }
-        let mut above: Option<(usize, Vec<Range<usize>>)> = None;
-        for row in 0..=count {
-            let runs = if row < count { runs(&zero[row * columns..][..columns]) } else { vec![] };
-            match above.take_if(|(_, same)| row == count || *same != runs) {
-                Some((first, columns)) if !columns.is_empty() => {
-                    self.statements.push(Statement::Zero { part, rows: first..row, columns });
+        let rows = self.rows;
+        // What loops write needs little, and the processor computes the next part meanwhile.
+        let looped = |part: &Part| rows.scaled.iter().any(|scaled| scaled.part == *part);
+        let mut parts = self.items.parts.clone();
+        parts.sort_by_key(|part| !part.is_list() && !looped(part));
+        for part in parts {
+            self.part = part;
+            self.statements.push(Statement::Heading(part));
+            self.zeros(part);
+            rows.scaled.iter().filter(|scaled| scaled.part == part).for_each(|scaled| self.scaled(scaled));
+            let outputs: Vec<(Output, Edge)> =
+                self.items.outputs.iter().filter(|(output, _)| output.part == part).copied().collect();
+            let together =
+                |x: &(Output, Edge), y: &(Output, Edge)| rows.side_by_side(part) && x.0.row == y.0.row;
+            for row in outputs.chunk_by(together) {
+                let filled = row.iter().filter(|(_, edge)| !self.items.is_zero(edge.item));
+                let filled: Vec<(Output, Edge)> = filled.copied().collect();
+                for (output, edge) in &filled {
+                    self.visit(edge.item, Family::Output(*output));
+                    self.store_all(edge.item);
                 }
-                _ => {}
+                filled.into_iter().for_each(|(output, edge)| self.store(output, edge));
             }
-            above.get_or_insert((row, runs));
+        }
+        for &Negated { part, ref rows, from } in &rows.negated {
+            self.statements.push(Statement::Negated { part, rows: rows.clone(), from });
         }
     }
 
-    /// Stores a value everywhere in the part that is being written.
+    /// Rows that are multiples of one row.
+    fn scaled(&mut self, scaled: &Scaled) {
+        let part = scaled.part;
+        let place = |row: usize, column: usize| Family::Output(Output::new(part, row, column));
+        let first = scaled.rows[0].0;
+        for (column, edge) in scaled.columns.iter().enumerate() {
+            self.visit(edge.item, place(first, column));
+        }
+        for (row, factor) in &scaled.rows {
+            self.visit(factor.item, place(*row, 0));
+        }
+        let columns = scaled.columns.iter().map(|edge| self.signed(*edge)).collect();
+        let name = Name(self.variables.len() as u32);
+        let text = self.taken.claim(&format!("{}_columns", part.name()));
+        self.variables.push(Variable { name: text, truth: false });
+        self.statements.push(Statement::Columns(name, columns));
+        for (row, factor) in &scaled.rows {
+            let factor = self.signed(*factor);
+            self.statements.push(Statement::Scaled { part, row: *row, factor, columns: name });
+        }
+    }
+
+    /// The zeros of a part.
+    fn zeros(&mut self, part: Part) {
+        let mut rows: Vec<(usize, Vec<Range<usize>>)> = Vec::new();
+        let zero = |(output, edge): &&(Output, Edge)| output.part == part && self.items.is_zero(edge.item);
+        for (Output { row, column, .. }, _) in self.items.outputs.iter().filter(zero) {
+            match rows.last_mut() {
+                Some((last, runs)) if last == row => match runs.last_mut() {
+                    Some(run) if run.end == *column => run.end += 1,
+                    _ => runs.push(*column..column + 1),
+                },
+                _ => rows.push((*row, std::iter::once(*column..column + 1).collect())),
+            }
+        }
+        if !rows.is_empty() {
+            let first = self.rows.side_by_side(part);
+            self.statements.push(Statement::Zero { part, rows, first });
+        }
+    }
+
+    /// Stores a value everywhere in the part that is being written, unless that is written row by row.
     fn store_all(&mut self, item: ItemId) {
-        let Some(outputs) = self.stores.remove(&item) else { return };
-        let mut later = Vec::new();
-        for index in outputs {
-            if self.items.outputs[index].0.part == self.part {
-                self.store(index);
-            } else {
-                later.push(index);
-            }
-        }
-        self.stores.insert(item, later);
+        let Some(outputs) = self.stores.get_mut(&item) else { return };
+        let now: Vec<(Output, Edge)> =
+            outputs.extract_if(.., |(output, _)| output.part == self.part).collect();
+        now.into_iter().for_each(|(output, edge)| self.store(output, edge));
     }
 
-    fn store(&mut self, index: usize) {
-        let (output, edge) = self.items.outputs[index];
+    fn store(&mut self, output: Output, edge: Edge) {
+        if !self.stored.insert(output) {
+            return;
+        }
         let value = self.signed(edge);
-        self.family = Family::Output(index);
+        self.family = Family::Output(output);
         let value = self.fit(value, Room::STORE);
         self.statements.push(Statement::Store(output, value));
-        self.stored[index] = true;
     }
 
     /// Everything an item needs, then the item.
@@ -288,7 +331,7 @@ impl Builder<'_> {
     fn stem(&self) -> String {
         match self.family {
             Family::Item(item) => self.told[item as usize].clone().expect("a family has a name"),
-            Family::Output(index) => names::output_name(self.signature, self.items.outputs[index].0),
+            Family::Output(output) => names::output_name(self.signature, output),
         }
     }
 
@@ -481,21 +524,9 @@ pub(super) fn quotient(over: Vec<Expression>, under: Vec<Expression>) -> Express
     if negative { negate(value) } else { value }
 }
 
-/// The runs of a row of flags.
-fn runs(row: &[bool]) -> Vec<Range<usize>> {
-    let mut runs: Vec<Range<usize>> = Vec::new();
-    for column in (0..row.len()).filter(|&column| row[column]) {
-        match runs.last_mut() {
-            Some(run) if run.end == column => run.end += 1,
-            _ => runs.push(column..column + 1),
-        }
-    }
-    runs
-}
-
 impl Items {
     /// Whether an item is the number 0.
-    fn is_zero(&self, item: ItemId) -> bool {
+    pub(super) fn is_zero(&self, item: ItemId) -> bool {
         matches!(&self.items[item as usize], Item::Number(number) if number.is_zero())
     }
 }

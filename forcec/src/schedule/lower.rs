@@ -8,9 +8,10 @@
 use crate::bodies::Slot;
 use crate::exact::Exact;
 use crate::ops::{Cost, Function};
+use crate::outputs::{Array, Output, Part};
 use crate::scalar::{Id, Node, Program};
+use crate::schedule::Style;
 use crate::schedule::double::Pair;
-use crate::schedule::{Output, Part, Style};
 use crate::vector::Comparison;
 use rustc_hash::FxHashMap;
 
@@ -80,6 +81,8 @@ pub(super) struct Items {
     pub(super) uses: Vec<u32>,
     /// The base and exponent of the items that are powers.
     pub(super) powers: FxHashMap<ItemId, (ItemId, u32)>,
+    /// What is computed, in order.
+    pub(super) parts: Vec<Part>,
     /// Every output, in the order of the parts and rows.
     pub(super) outputs: Vec<(Output, Edge)>,
 }
@@ -108,8 +111,8 @@ pub(super) fn lower(program: &Program, style: Style) -> Items {
         }
     }
     let mut outputs = Vec::new();
-    for (output, id) in positions(program) {
-        outputs.push((output, lowering.edge(id)));
+    for (output, id) in program.arrays.iter().flat_map(Array::outputs) {
+        outputs.push((output, lowering.edge(*id)));
     }
     let Lowering { items, sources, powers, .. } = lowering;
     let mut uses = vec![0u32; items.len()];
@@ -117,19 +120,8 @@ pub(super) fn lower(program: &Program, style: Style) -> Items {
     for item in reads.chain(outputs.iter().map(|(_, edge)| edge.item)) {
         uses[item as usize] += 1;
     }
-    Items { items, sources, uses, powers, outputs }
-}
-
-/// Every output with its position.
-fn positions(program: &Program) -> impl Iterator<Item = (Output, Id)> + '_ {
-    let force = program.force.iter().enumerate().map(|(i, id)| (Output::new(Part::Force, i, 0), *id));
-    let matrix = |part: Part, rows: &'_ [Vec<Id>]| {
-        let entries = rows.iter().enumerate().flat_map(move |(i, row)| {
-            row.iter().enumerate().map(move |(j, id)| (Output::new(part, i, j), *id))
-        });
-        entries.collect::<Vec<_>>()
-    };
-    force.chain(matrix(Part::Dfdx, &program.dfdx)).chain(matrix(Part::Dfdv, &program.dfdv))
+    let parts = program.arrays.iter().map(|array| array.part).collect();
+    Items { items, sources, uses, powers, parts, outputs }
 }
 
 /// How often each node is read by a live node or an output; multiples are seen through.

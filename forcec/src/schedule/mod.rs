@@ -1,8 +1,8 @@
 //! From the scalar graph to ordered, named statements: what every target prints.
 //!
 //! In: a [`Program`]. Out: a [`Schedule`], in which dead code is gone, shared values have a name, every line is short
-//! enough to read, and an output is stored as soon as its value is there. A schedule is a value: it can be printed,
-//! counted and evaluated. The same program makes the same schedule everywhere.
+//! enough to read, and a row of outputs is stored as soon as its values are there. A schedule is a value: it can be
+//! printed, counted and evaluated. The same program makes the same schedule everywhere.
 
 mod build;
 mod cut;
@@ -10,64 +10,17 @@ pub(crate) mod double;
 mod lower;
 mod names;
 pub mod print;
+mod rows;
 mod run;
 
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::{Cost, Function};
+pub use crate::outputs::{Output, Part};
 use crate::scalar::{Operations, Program};
 use crate::vector::Comparison;
 use std::fmt;
 use std::ops::Range;
-
-/// One of the three results of a kernel.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Part {
-    /// F
-    Force,
-    /// ∂F/∂X
-    Dfdx,
-    /// ∂F/∂V
-    Dfdv,
-}
-
-impl Part {
-    /// Its field in the output struct.
-    pub fn name(self) -> &'static str {
-        match self {
-            Part::Force => "force",
-            Part::Dfdx => "dfdx",
-            Part::Dfdv => "dfdv",
-        }
-    }
-
-    /// What a reader calls it.
-    pub fn title(self) -> &'static str {
-        match self {
-            Part::Force => "F",
-            Part::Dfdx => "dF/dX",
-            Part::Dfdv => "dF/dV",
-        }
-    }
-}
-
-/// One entry of the results.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub struct Output {
-    /// Which result.
-    pub part: Part,
-    /// The coordinate of the force.
-    pub row: usize,
-    /// The coordinate it is differentiated by; 0 for the force itself.
-    pub column: usize,
-}
-
-impl Output {
-    /// An entry.
-    pub fn new(part: Part, row: usize, column: usize) -> Output {
-        Output { part, row, column }
-    }
-}
 
 /// A temporary, by its position in [`Schedule::variables`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -218,17 +171,52 @@ pub enum Statement {
     Let(Name, Expression),
     /// An output gets its value.
     Store(Output, Expression),
-    /// Outputs are zero: the same runs of columns in each of some rows; a force counts as one column.
+    /// Outputs are zero.
     Zero {
         /// Which result.
         part: Part,
-        /// The rows.
+        /// The rows, and the runs of columns in each; a force counts as one column.
+        rows: Vec<(usize, Vec<Range<usize>>)>,
+        /// Whether the other entries of these rows are stored later and row by row, so that the whole rows may be zero
+        /// until then.
+        first: bool,
+    },
+    /// A temporary row gets its values: one a column.
+    Columns(Name, Vec<Expression>),
+    /// A row of outputs is a multiple of a temporary row.
+    Scaled {
+        /// Which result.
+        part: Part,
+        /// Its row.
+        row: usize,
+        /// The temporary or entry of an argument that it is multiplied by, or its negative.
+        factor: Expression,
+        /// The temporary row.
+        columns: Name,
+    },
+    /// Rows of outputs are the negatives of others.
+    Negated {
+        /// Which result.
+        part: Part,
+        /// Its rows.
         rows: Range<usize>,
-        /// The runs of columns.
-        columns: Vec<Range<usize>>,
+        /// The first of the others.
+        from: usize,
     },
     /// Here begins what a result needs.
     Heading(Part),
+}
+
+impl Statement {
+    /// The expressions written in it.
+    pub fn expressions(&self) -> &[Expression] {
+        match self {
+            Statement::Let(_, value) | Statement::Store(_, value) => std::slice::from_ref(value),
+            Statement::Scaled { factor, .. } => std::slice::from_ref(factor),
+            Statement::Columns(_, values) => values,
+            Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(_) => &[],
+        }
+    }
 }
 
 /// A kernel as statements.
@@ -236,6 +224,8 @@ pub enum Statement {
 pub struct Schedule {
     /// The arguments.
     pub signature: Signature,
+    /// What is computed, in order.
+    pub parts: Vec<Part>,
     /// The temporaries.
     pub variables: Vec<Variable>,
     /// The steps, in order.
@@ -262,20 +252,27 @@ pub fn schedule(program: &Program, style: Style) -> Schedule {
 }
 
 impl Schedule {
-    /// The operations written in the statements.
+    /// The operations written in the statements; those of a loop count as often as it runs.
     pub fn operations(&self) -> Operations {
+        let count = |part: &Part| part.shape(&self.signature).1;
         let mut total = Operations::default();
         for statement in &self.statements {
-            if let Statement::Let(_, expression) | Statement::Store(_, expression) = statement {
-                total += expression.operations();
+            match statement {
+                Statement::Scaled { part, factor, .. } => {
+                    total.mul += count(part);
+                    total.neg += count(part) * factor.operations().neg;
+                }
+                Statement::Negated { part, rows, .. } => total.neg += rows.len() * count(part),
+                _ => statement.expressions().iter().for_each(|value| total += value.operations()),
             }
         }
         total
     }
 
-    /// How many temporaries and stores there are.
+    /// How many temporaries and stores there are; a loop counts as one.
     pub fn lines(&self) -> usize {
-        self.statements.iter().filter(|s| matches!(s, Statement::Let(..) | Statement::Store(..))).count()
+        let counts = |s: &&Statement| !matches!(s, Statement::Zero { .. } | Statement::Heading(_));
+        self.statements.iter().filter(counts).count()
     }
 
     /// The special functions that need a definition of their own, in order.
@@ -283,17 +280,15 @@ impl Schedule {
         let mut found = std::collections::BTreeSet::new();
         let mut pending: Vec<&Expression> = Vec::new();
         for statement in &self.statements {
-            if let Statement::Let(_, expression) | Statement::Store(_, expression) = statement {
-                pending.push(expression);
-                while let Some(expression) = pending.pop() {
-                    match expression {
-                        Expression::Call(function, _) if function.order().is_some() => {
-                            _ = found.insert(*function)
-                        }
-                        _ => {}
+            pending.extend(statement.expressions());
+            while let Some(expression) = pending.pop() {
+                match expression {
+                    Expression::Call(function, _) if function.order().is_some() => {
+                        _ = found.insert(*function)
                     }
-                    pending.extend(expression.children());
+                    _ => {}
                 }
+                pending.extend(expression.children());
             }
         }
         found.into_iter().collect()

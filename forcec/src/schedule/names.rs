@@ -9,8 +9,8 @@ use crate::bodies::{Role, Signature, Slot};
 use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, is_no_local, spelled};
 use crate::ops::Function;
+use crate::outputs::Output;
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
-use crate::schedule::{Output, Part};
 use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -52,10 +52,11 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    /// The names of the bodies.
+    /// The names of the bodies, and of what counts in loops.
     pub(super) fn by(signature: &Signature) -> Taken {
         let bodies = Target::ALL.into_iter().flat_map(|target| Arguments::new(signature, target).bodies);
-        Taken { names: bodies.collect(), next: FxHashMap::default() }
+        let names = bodies.chain(["i", "j", "column"].map(str::to_owned)).collect();
+        Taken { names, next: FxHashMap::default() }
     }
 
     /// The name itself, or with the first number behind it that makes it new.
@@ -92,16 +93,12 @@ impl Taken {
 
 /// What an output is called: `force_a_x`, `dfdx_a_ry_b_x`; by numbers where the bodies' names are long.
 pub(super) fn output_name(signature: &Signature, output: Output) -> String {
-    let part = output.part.name();
-    let coordinates = signature.coordinate_names();
-    let name = match output.part {
-        Part::Force => format!("{part}_{}", coordinates[output.row]),
-        _ => format!("{part}_{}_{}", coordinates[output.row], coordinates[output.column]),
-    };
-    match output.part {
-        _ if name.len() <= LONGEST_STEM => name.replace('.', "_"),
-        Part::Force => format!("{part}_{}", output.row),
-        _ => format!("{part}_{}_{}", output.row, output.column),
+    let name = output.named(signature).replace(['.', '['], "_").replace(']', "");
+    let Output { part, row, column } = output;
+    match name.len() {
+        ..=LONGEST_STEM => name,
+        _ if part.is_list() => format!("{part}_{row}"),
+        _ => format!("{part}_{row}_{column}"),
     }
 }
 

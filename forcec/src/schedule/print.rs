@@ -6,6 +6,7 @@
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
+use crate::outputs::span;
 use crate::schedule::{Expression, Output, Part, Statement, Variable};
 use crate::vector::Comparison;
 use std::ops::Range;
@@ -40,8 +41,14 @@ pub trait Dialect {
     fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String>;
     /// An output gets one of two values.
     fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String>;
-    /// Runs of columns in some rows become zero.
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String>;
+    /// Runs of columns in some rows become zero; if this comes first, what else is in these rows may become so too.
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String>;
+    /// A temporary row gets its values.
+    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String>;
+    /// A row of outputs is a factor times a temporary row.
+    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String>;
+    /// Rows of outputs are the negatives of those that begin with another.
+    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String>;
     /// A remark on a line of its own.
     fn remark(&self, text: &str) -> Vec<String>;
 }
@@ -60,9 +67,24 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
         }
         Statement::Let(name, value) => dialect.define(&variables[name.index()], &printer.text(value)),
         Statement::Store(output, value) => dialect.store(*output, &printer.text(value)),
-        Statement::Zero { part, rows, columns } => dialect.zero(*part, rows, columns),
+        Statement::Zero { part, rows, first } => dialect.zero(*part, rows, *first),
+        Statement::Columns(name, values) => {
+            let values: Vec<String> = values.iter().map(|value| printer.text(value)).collect();
+            dialect.columns(&variables[name.index()], &values)
+        }
+        Statement::Scaled { part, row, factor, columns } => {
+            dialect.scaled(*part, *row, &printer.text(factor), &variables[columns.index()])
+        }
+        Statement::Negated { part, rows, from } => dialect.negated(*part, rows, *from),
         Statement::Heading(part) => dialect.remark(part.title()),
     }
+}
+
+/// Rows with the same runs of columns below each other, together.
+pub fn together(rows: &[(usize, Vec<Range<usize>>)]) -> Vec<(Range<usize>, &[Range<usize>])> {
+    let below = |x: &(usize, Vec<Range<usize>>), y: &(usize, Vec<Range<usize>>)| x.0 + 1 == y.0 && x.1 == y.1;
+    let block = |rows: &'_ [(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
+    rows.chunk_by(below).map(|rows| (block(rows), rows[0].1.as_slice())).collect()
 }
 
 /// An expression on its own.
@@ -232,7 +254,10 @@ impl Dialect for Plain<'_> {
     }
 
     fn input(&self, slot: Slot) -> String {
-        self.0.slot_name(slot)
+        match self.0.known(slot) {
+            Some(value) => self.literal(&value),
+            None => self.0.slot_name(slot),
+        }
     }
 
     fn function(&self, function: Function) -> String {
@@ -252,10 +277,7 @@ impl Dialect for Plain<'_> {
     }
 
     fn store(&self, output: Output, value: &str) -> Vec<String> {
-        let names = self.0.coordinate_names();
-        let column =
-            if output.part == Part::Force { String::new() } else { format!("[{}]", names[output.column]) };
-        vec![format!("{}[{}]{column} = {value}", output.part.name(), names[output.row])]
+        vec![format!("{} = {value}", output.named(self.0))]
     }
 
     fn define_select(&self, variable: &Variable, [c, x, y]: [&str; 3]) -> Vec<String> {
@@ -266,15 +288,30 @@ impl Dialect for Plain<'_> {
         self.store(output, &format!("if {c} then {x} else {y}"))
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        let names = self.0.coordinate_names();
-        let span = |range: &Range<usize>| match range.len() {
-            1 => names[range.start].clone(),
-            _ => format!("{} .. {}", names[range.start], names[range.end - 1]),
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], _first: bool) -> Vec<String> {
+        let line = |(rows, runs): (Range<usize>, &[Range<usize>])| {
+            let columns = part.row().columns.map_or_else(String::new, |axis| {
+                let runs: Vec<String> = runs.iter().map(|run| span(axis, run, self.0)).collect();
+                format!("[{}]", runs.join(", "))
+            });
+            format!("{part}[{}]{columns} = 0", span(part.row().rows, &rows, self.0))
         };
-        let runs: Vec<String> = columns.iter().map(span).collect();
-        let columns = if part == Part::Force { String::new() } else { format!("[{}]", runs.join(", ")) };
-        vec![format!("{}[{}]{columns} = 0", part.name(), span(rows))]
+        together(rows).into_iter().map(line).collect()
+    }
+
+    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {
+        vec![format!("{} = [{}]", variable.name, values.join(", "))]
+    }
+
+    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
+        let row = span(part.row().rows, &(row..row + 1), self.0);
+        vec![format!("{part}[{row}] = {factor} * {}", columns.name)]
+    }
+
+    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
+        let [rows, others] =
+            [rows, &(from..from + rows.len())].map(|rows| span(part.row().rows, rows, self.0));
+        vec![format!("{part}[{rows}] = -{part}[{others}]")]
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

@@ -4,41 +4,61 @@ use crate::bodies::Slot;
 use crate::eval::{Outputs, Value};
 use crate::exact::Exact;
 use crate::number::Number;
+use crate::outputs::Array;
 use crate::schedule::{Expression, Output, Part, Schedule, Statement};
 
 impl Schedule {
     /// Every output, given the arguments. `None` if some entry is never written: a defect of the schedule.
     pub fn evaluate<N: Number>(&self, inputs: &dyn Fn(Slot) -> N) -> Option<Outputs<N>> {
-        let count = self.signature.freedoms();
         let mut names: Vec<Option<Value<N>>> = vec![None; self.variables.len()];
-        let mut force: Vec<Option<N>> = vec![None; count];
-        let mut matrices: [Vec<Vec<Option<N>>>; 2] = std::array::from_fn(|_| vec![vec![None; count]; count]);
-        let mut store = |output: Output, value: N| {
-            let entry = match output.part {
-                Part::Force => &mut force[output.row],
-                Part::Dfdx => &mut matrices[0][output.row][output.column],
-                Part::Dfdv => &mut matrices[1][output.row][output.column],
-            };
-            *entry = Some(value);
+        let mut columns: Vec<Vec<N>> = vec![Vec::new(); self.variables.len()];
+        let shape = |part: &Part| part.shape(&self.signature);
+        let length = |part: &Part| part.length(&self.signature);
+        let mut outputs: Vec<Option<N>> = vec![None; self.parts.iter().map(length).sum()];
+        let at = |part: Part, row: usize, column: usize| {
+            let before = self.parts.iter().take_while(|other| **other != part);
+            before.map(length).sum::<usize>() + row * shape(&part).1 + column
         };
         for statement in &self.statements {
             match statement {
                 Statement::Let(name, value) => names[name.index()] = Some(evaluate(value, &names, inputs)?),
-                Statement::Store(output, value) => store(*output, evaluate(value, &names, inputs)?.real()),
-                Statement::Zero { part, rows, columns } => {
-                    for row in rows.clone() {
-                        for column in columns.iter().cloned().flatten() {
-                            store(Output::new(*part, row, column), N::exact(&Exact::ZERO));
+                Statement::Store(Output { part, row, column }, value) => {
+                    outputs[at(*part, *row, *column)] = Some(evaluate(value, &names, inputs)?.real());
+                }
+                Statement::Zero { part, rows, .. } => {
+                    for (row, runs) in rows {
+                        for column in runs.iter().cloned().flatten() {
+                            outputs[at(*part, *row, column)] = Some(N::exact(&Exact::ZERO));
+                        }
+                    }
+                }
+                Statement::Columns(name, values) => {
+                    let value = |x: &Expression| Some(evaluate(x, &names, inputs)?.real());
+                    columns[name.index()] = values.iter().map(value).collect::<Option<_>>()?;
+                }
+                Statement::Scaled { part, row, factor, columns: name } => {
+                    for (column, value) in columns[name.index()].iter().enumerate() {
+                        let factor = evaluate(factor, &names, inputs)?.real();
+                        outputs[at(*part, *row, column)] = Some(factor * value.clone());
+                    }
+                }
+                Statement::Negated { part, rows, from } => {
+                    for (index, row) in rows.clone().enumerate() {
+                        for column in 0..shape(part).1 {
+                            let value = outputs[at(*part, from + index, column)].clone()?;
+                            outputs[at(*part, row, column)] = Some(-value);
                         }
                     }
                 }
                 Statement::Heading(_) => {}
             }
         }
-        let [dfdx, dfdv] = matrices;
-        let written = |row: Vec<Option<N>>| row.into_iter().collect::<Option<Vec<N>>>();
-        let matrix = |rows: Vec<Vec<Option<N>>>| rows.into_iter().map(written).collect::<Option<Vec<_>>>();
-        Some(Outputs { force: written(force)?, dfdx: matrix(dfdx)?, dfdv: matrix(dfdv)? })
+        let mut entries = outputs.into_iter();
+        let mut array = |part: &Part| {
+            let entries = entries.by_ref().take(length(part)).collect::<Option<_>>()?;
+            Some(Array { part: *part, columns: shape(part).1, entries })
+        };
+        Some(Outputs(self.parts.iter().map(&mut array).collect::<Option<_>>()?))
     }
 }
 

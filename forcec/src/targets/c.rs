@@ -8,12 +8,13 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
-use crate::schedule::print::{self, Dialect};
+use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::{Output, Part, Variable};
 use crate::targets::routine::{Routine, Way, routine};
-use crate::targets::{PARTS, body, decimal, field_summary, parameter_summary, reads, slot_path, template};
+use crate::targets::{body, decimal, field_summary, parameter_summary, reads, slot_path, template};
 use std::f64::consts::PI;
 use std::ops::Range;
+use std::slice::from_ref;
 
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
@@ -127,20 +128,21 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
     let real = real(precision);
     let signature = &kernel.schedule.signature;
     let mut text = String::new();
-    if !signature.parameters.is_empty() {
+    if signature.has_given() {
         text.push_str("typedef struct {\n");
         let names = Arguments::new(signature, Target::C).parameters;
-        for (parameter, name) in signature.parameters.iter().zip(names) {
-            let field = format!("{name}{}", extents(&parameter.ty));
+        for (index, parameter) in signature.given() {
+            let field = format!("{}{}", names[index], extents(&parameter.ty));
             text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
         }
         text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
     }
-    let freedoms = signature.freedoms();
     text.push_str("typedef struct {\n");
-    for (part, matrix, summary) in PARTS {
-        let extents = if matrix { format!("[{freedoms}][{freedoms}]") } else { format!("[{freedoms}]") };
-        text.push_str(&format!("    {real} {part}{extents}; /* {} */\n", summary.replace('`', "")));
+    for &part in &kernel.schedule.parts {
+        let (rows, columns) = part.shape(signature);
+        let extents = if part.is_list() { format!("[{rows}]") } else { format!("[{rows}][{columns}]") };
+        let summary = part.row().summary.replace('`', "");
+        text.push_str(&format!("    {real} {part}{extents}; /* {summary} */\n"));
     }
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
     text.push_str(&comment(&kernel.docs, ""));
@@ -158,7 +160,7 @@ fn prototype(kernel: &Kernel, precision: Precision) -> String {
     for (body, name) in signature.bodies.iter().zip(Arguments::new(signature, Target::C).bodies) {
         arguments.push(format!("const {}_{precision} *{name}", body.kind.row().c_name));
     }
-    if !signature.parameters.is_empty() {
+    if signature.has_given() {
         arguments.push(format!("const {} *params", named(kernel, "_params", precision)));
     }
     arguments.push(format!("{} *out", named(kernel, "_out", precision)));
@@ -211,7 +213,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
             text.push_str(&format!("    (void){name};\n"));
         }
     }
-    if !parameters && !schedule.signature.parameters.is_empty() {
+    if !parameters && schedule.signature.has_given() {
         text.push_str("    (void)params;\n");
     }
     text.push_str(&body(&dialect, schedule, "    "));
@@ -275,10 +277,8 @@ impl C<'_> {
     }
 
     fn place(&self, output: Output) -> String {
-        match output.part {
-            Part::Force => format!("out->force[{}]", output.row),
-            part => format!("out->{}[{}][{}]", part.name(), output.row, output.column),
-        }
+        let Output { part, row, column } = output;
+        if part.is_list() { format!("out->{part}[{row}]") } else { format!("out->{part}[{row}][{column}]") }
     }
 
     fn declare(&self, variable: &Variable) -> String {
@@ -298,6 +298,45 @@ impl C<'_> {
         }
         vec![format!("{left} ="), format!("    {c}"), format!("        ? {x}"), format!("        : {y};")]
     }
+
+    /// A loop on one line if that is short enough.
+    fn body(each: String, statement: String) -> Vec<String> {
+        if each.len() + 1 + statement.len() <= WIDTH {
+            return vec![format!("{each} {statement}")];
+        }
+        vec![each, format!("    {statement}")]
+    }
+
+    /// The same runs of columns in each of some rows become zero.
+    fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
+        const CHAIN: usize = 4;
+        let zero = self.literal(&Exact::ZERO);
+        let width: usize = columns.iter().map(Range::len).sum();
+        let each = |index: &str, range: &Range<usize>| {
+            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
+        };
+        let name = part.name();
+        if part.is_list() && rows.len() > CHAIN {
+            return vec![format!("{} out->{name}[i] = {zero};", each("i", rows))];
+        }
+        if let [run] = columns {
+            if width > CHAIN && rows.len() == 1 {
+                return vec![format!("{} out->{name}[{}][j] = {zero};", each("j", run), rows.start)];
+            }
+            if width * rows.len() > 2 * CHAIN {
+                return vec![each("i", rows), format!("    {} out->{name}[i][j] = {zero};", each("j", run))];
+            }
+        }
+        let entries = rows.clone().flat_map(|row| {
+            columns.iter().cloned().flatten().map(move |column| Output::new(part, row, column))
+        });
+        let places: Vec<String> = entries.map(|output| self.place(output)).collect();
+        let chain = if width > 1 { width.min(CHAIN) } else { CHAIN };
+        // A line never mixes rows, unless each has but one entry.
+        let lines =
+            places.chunks(if width > 1 { width } else { places.len() }).flat_map(|row| row.chunks(chain));
+        lines.flat_map(|line| C::assign(&line.join(" = "), &zero)).collect()
+    }
 }
 
 impl Dialect for C<'_> {
@@ -314,7 +353,10 @@ impl Dialect for C<'_> {
     }
 
     fn input(&self, slot: Slot) -> String {
-        slot_path(self.signature, &self.names, slot, "->")
+        match self.signature.known(slot) {
+            Some(value) => self.literal(&value),
+            None => slot_path(self.signature, &self.names, slot, "->"),
+        }
     }
 
     fn function(&self, function: Function) -> String {
@@ -337,34 +379,49 @@ impl Dialect for C<'_> {
         C::choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        const CHAIN: usize = 4;
-        let zero = self.literal(&Exact::ZERO);
-        let width: usize = columns.iter().map(Range::len).sum();
-        let each = |index: &str, range: &Range<usize>| {
-            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
-        };
-        let name = part.name();
-        if part == Part::Force && rows.len() > CHAIN {
-            return vec![format!("{} out->{name}[i] = {zero};", each("i", rows))];
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String> {
+        let count = part.shape(self.signature).1;
+        let zeros: usize = rows.iter().flat_map(|(_, runs)| runs).map(Range::len).sum();
+        let together = together(rows);
+        // gcc stores whole rows wide, and then does so with what is not zero, too.
+        let scattered = rows.iter().any(|(_, runs)| runs.len() > 1);
+        if first && !part.is_list() && scattered && 5 * zeros >= rows.len() * count {
+            let whole = 0..count;
+            let blocks = rows.chunk_by(|(x, _), (y, _)| x + 1 == *y);
+            let block = |rows: &[(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
+            return blocks.flat_map(|rows| self.zeros(part, &block(rows), from_ref(&whole))).collect();
         }
-        if let [run] = columns {
-            if width > CHAIN && rows.len() == 1 {
-                return vec![format!("{} out->{name}[{}][j] = {zero};", each("j", run), rows.start)];
+        together.into_iter().flat_map(|(rows, runs)| self.zeros(part, &rows, runs)).collect()
+    }
+
+    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {
+        let mut lines = vec![format!("{}[{}] = {{", self.declare(variable), values.len())];
+        let mut line = String::new();
+        for value in values {
+            if !line.is_empty() && line.len() + value.len() + "     ,".len() > WIDTH {
+                lines.push(format!("    {}", line.trim_end()));
+                line.clear();
             }
-            if width * rows.len() > 2 * CHAIN {
-                return vec![each("i", rows), format!("    {} out->{name}[i][j] = {zero};", each("j", run))];
-            }
+            line.push_str(&format!("{value}, "));
         }
-        let entries = rows.clone().flat_map(|row| {
-            columns.iter().cloned().flatten().map(move |column| Output::new(part, row, column))
-        });
-        let places: Vec<String> = entries.map(|output| self.place(output)).collect();
-        let chain = if width > 1 { width.min(CHAIN) } else { CHAIN };
-        // A line never mixes rows, unless each has but one entry.
-        let lines =
-            places.chunks(if width > 1 { width } else { places.len() }).flat_map(|row| row.chunks(chain));
-        lines.flat_map(|line| C::assign(&line.join(" = "), &zero)).collect()
+        lines.push(format!("    {}", line.trim_end()));
+        lines.push("};".to_owned());
+        lines
+    }
+
+    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
+        let (columns, count) = (&columns.name, part.shape(self.signature).1);
+        let each = format!("for (int j = 0; j < {count}; j++)");
+        C::body(each, format!("out->{part}[{row}][j] = {factor} * {columns}[j];"))
+    }
+
+    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
+        let count = part.shape(self.signature).1;
+        let back = rows.start - from;
+        vec![
+            format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),
+            format!("    for (int j = 0; j < {count}; j++) out->{part}[i][j] = -out->{part}[i - {back}][j];"),
+        ]
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

@@ -105,14 +105,12 @@ fn reads(schedule: &Schedule) -> (Vec<bool>, bool) {
     let mut parameters = false;
     let mut pending: Vec<&Expression> = Vec::new();
     for statement in &schedule.statements {
-        if let Statement::Let(_, value) | Statement::Store(_, value) = statement {
-            pending.push(value);
-        }
+        pending.extend(statement.expressions());
         while let Some(expression) = pending.pop() {
             if let Expression::Input(slot) = expression {
                 match bodies.get_mut(slot.argument as usize) {
                     Some(read) => *read = true,
-                    None => parameters = true,
+                    None => parameters |= schedule.signature.known(*slot).is_none(),
                 }
             }
             pending.extend(expression.children());
@@ -165,13 +163,6 @@ fn sentence(text: &str) -> String {
     let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
     format!("{first}{}.", letters.as_str())
 }
-
-/// The three arrays of results.
-const PARTS: [(&str, bool, &str); 3] = [
-    ("force", false, "generalised force F, in argument order"),
-    ("dfdx", true, "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j"),
-    ("dfdv", true, "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j"),
-];
 
 /// A body type's name in Rust.
 pub(crate) fn rust_body(row: &BodyRow, precision: Precision) -> String {

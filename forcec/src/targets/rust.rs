@@ -9,18 +9,20 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
-use crate::schedule::print::{self, Dialect};
+use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
-    PARTS, body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path,
-    template,
+    body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path, template,
 };
 use std::f64::consts;
 use std::ops::Range;
 
 /// The width rustfmt breaks lines at.
 const WIDTH: usize = 100;
+
+/// What stands in a module is indented by this.
+const INDENT: &str = "    ";
 
 /// The whole file: body types, then the kernels.
 pub fn module(file: &File) -> String {
@@ -63,13 +65,12 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text.push_str(&format!("pub mod {} {{\n", module_name(kernel, precision)));
     text.push_str(&imports(signature, precision));
     text.push_str(&constants(kernel));
-    if !signature.parameters.is_empty() {
+    if signature.has_given() {
         let names = Arguments::new(signature, Target::Rust).parameters;
-        let fields =
-            signature.parameters.iter().zip(names).map(|(parameter, name)| {
-                (name, array(&parameter.ty, precision), parameter_summary(parameter))
-            });
-        let short = signature.parameters.iter().all(|p| p.ty.extents().iter().all(|&n| n <= 32));
+        let fields = signature.given().map(|(index, parameter)| {
+            (names[index].clone(), array(&parameter.ty, precision), parameter_summary(parameter))
+        });
+        let short = signature.given().all(|(_, p)| p.ty.extents().iter().all(|&n| n <= 32));
         text.push('\n');
         text.push_str(&structure(
             "Params",
@@ -79,19 +80,21 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
             "    ",
         ));
     }
-    let freedoms = signature.freedoms();
-    let fields = PARTS.map(|(part, matrix, summary)| {
-        let row = format!("[{precision}; {freedoms}]");
-        (part.to_owned(), if matrix { format!("[{row}; {freedoms}]") } else { row }, summary.to_owned())
+    let fields = schedule.parts.iter().map(|&part| {
+        let (rows, columns) = part.shape(signature);
+        let row = if part.is_list() { precision.to_string() } else { format!("[{precision}; {columns}]") };
+        (part.to_string(), format!("[{row}; {rows}]"), part.row().summary.to_owned())
     });
+    let extents = schedule.parts.iter().map(|part| part.shape(signature));
+    let short = extents.map(|(rows, columns)| rows.max(columns)).max().unwrap_or(0) <= 32;
     text.push('\n');
-    text.push_str(&structure("Output", "the results", fields.into(), freedoms <= 32, "    "));
+    text.push_str(&structure("Output", "the results", fields.collect(), short, "    "));
     for function in schedule.families() {
         let definition = routine(function, precision).expect("a family is defined");
         text.push('\n');
         text.push_str(&special(function, &definition, precision));
     }
-    text.push_str("\n    /// Computes the force and its derivatives; every entry of `out` is written.\n");
+    text.push_str("\n    /// Computes every entry of `out`.\n");
     text.push_str(&evaluate_head(kernel));
     let dialect = Rust::new(signature, precision, 8);
     text.push_str(&body(&dialect, schedule, "        "));
@@ -106,18 +109,31 @@ fn constants(kernel: &Kernel) -> String {
     let freedoms = signature.freedoms();
     let count = schedule.operations();
     let counts = [count.add, count.mul, count.div, count.sqrt, count.call, count.neg];
-    let mut nonzero = [Part::Dfdx, Part::Dfdv].map(|part| (part, vec![vec![b'.'; freedoms]; freedoms]));
+    let matrices = schedule.parts.iter().filter(|part| !part.is_list());
+    let mut nonzero: Vec<(Part, Vec<Vec<u8>>)> = matrices
+        .map(|part| {
+            let (rows, columns) = part.shape(signature);
+            (*part, vec![vec![b'.'; columns]; rows])
+        })
+        .collect();
     for statement in &schedule.statements {
-        let Statement::Store(output, _) = statement else { continue };
-        let found = nonzero.iter_mut().find(|(part, _)| *part == output.part);
-        if let Some((_, rows)) = found {
-            rows[output.row][output.column] = b'x';
+        let (part, rows) = match statement {
+            Statement::Store(output, _) => (output.part, output.row..output.row + 1),
+            Statement::Scaled { part, row, .. } => (*part, *row..*row + 1),
+            Statement::Negated { part, rows, .. } => (*part, rows.clone()),
+            _ => continue,
+        };
+        let Some((_, matrix)) = nonzero.iter_mut().find(|(found, _)| *found == part) else { continue };
+        for row in rows.clone() {
+            match statement {
+                Statement::Store(output, _) => matrix[row][output.column] = b'x',
+                Statement::Negated { from, .. } => matrix[row] = matrix[from + row - rows.start].clone(),
+                _ => matrix[row].fill(b'x'),
+            }
         }
     }
-    let [dfdx, dfdv] =
-        nonzero.map(|(_, rows)| rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned()));
     let bodies = signature.bodies.iter().map(|body| body.name.clone());
-    let parameters = signature.parameters.iter().map(|parameter| parameter.name.clone());
+    let parameters = signature.given().map(|(_, parameter)| parameter.name.clone());
     let mut text = String::new();
     let mut constant = |summary: &str, declared: &str, value: &str| {
         let line = format!("    pub const {declared} = {value};");
@@ -129,57 +145,60 @@ fn constants(kernel: &Kernel) -> String {
     let mut names = |summary: &str, name: &str, items: &mut dyn Iterator<Item = String>| {
         let items: Vec<String> = items.map(|item| format!("{item:?}")).collect();
         let declared = format!("{name}: [&str; {}]", items.len());
-        constant(summary, &declared, &list(&items));
+        constant(summary, &declared, &list(&items, INDENT));
     };
     names("What the kernel computes.", "FORMULAS", &mut kernel.formulas.iter().cloned());
     names("The bodies, in argument order.", "BODIES", &mut bodies.into_iter());
     names("The parameters, in the order of the fields.", "PARAMETERS", &mut parameters.into_iter());
     let coordinates = signature.coordinate_names();
     names("The coordinates, in the order of `force`.", "COORDINATES", &mut coordinates.into_iter());
-    names("Rows of `dfdx`; `.` where an entry is always zero.", "DFDX_NONZERO", &mut dfdx.into_iter());
-    names("Rows of `dfdv`; `.` where an entry is always zero.", "DFDV_NONZERO", &mut dfdv.into_iter());
+    for (part, rows) in nonzero {
+        let summary = format!("Rows of `{part}`; `.` where an entry is always zero.");
+        let mut rows = rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned());
+        names(&summary, &format!("{}_NONZERO", part.name().to_ascii_uppercase()), &mut rows);
+    }
     constant("The name of the force function.", "NAME: &str", &format!("{:?}", kernel.name));
     constant("Degrees of freedom: the length of `force`.", "FREEDOMS: usize", &freedoms.to_string());
     let counts: Vec<String> = counts.iter().map(ToString::to_string).collect();
     constant(
         "Additions, multiplications, divisions, square roots, calls and negations.",
         "OPERATIONS: [usize; 6]",
-        &list(&counts),
+        &list(&counts, INDENT),
     );
     text
 }
 
-/// An array as rustfmt would set it as the value of a constant.
-fn list(items: &[String]) -> String {
+/// An array as rustfmt would set it as the value of a constant or a variable.
+fn list(items: &[String], indent: &str) -> String {
     /// rustfmt's `array_width`.
     const ARRAY: usize = 60;
     /// rustfmt's `short_array_element_width_threshold`.
     const SHORT: usize = 10;
-    const INDENT: &str = "        ";
+    let inner = format!("{indent}    ");
     let line = items.join(", ");
     let width = |text: &str| text.chars().count();
-    let single = items.len() == 1 && INDENT.len() + width(&line) + "[];".len() <= WIDTH;
+    let single = items.len() == 1 && inner.len() + width(&line) + "[];".len() <= WIDTH;
     if width(&line) <= ARRAY || single {
         return format!("[{line}]");
     }
     let mut text = String::from("[\n");
     if items.iter().any(|item| width(item) > SHORT) {
-        items.iter().for_each(|item| text.push_str(&format!("{INDENT}{item},\n")));
+        items.iter().for_each(|item| text.push_str(&format!("{inner}{item},\n")));
     } else {
         let mut line = String::new();
         for (index, item) in items.iter().enumerate() {
             // A space follows every item but the last.
             let end = if index + 1 == items.len() { " ,".len() } else { " , ".len() };
-            if !line.is_empty() && INDENT.len() + width(&line) + width(item) + end > WIDTH {
-                text.push_str(&format!("{INDENT}{line}\n"));
+            if !line.is_empty() && inner.len() + width(&line) + width(item) + end > WIDTH {
+                text.push_str(&format!("{inner}{line}\n"));
                 line.clear();
             }
             let space = if line.is_empty() { "" } else { " " };
             line.push_str(&format!("{space}{item},"));
         }
-        text.push_str(&format!("{INDENT}{line}\n"));
+        text.push_str(&format!("{inner}{line}\n"));
     }
-    text.push_str("    ]");
+    text.push_str(&format!("{indent}]"));
     text
 }
 
@@ -262,7 +281,7 @@ fn evaluate_head(kernel: &Kernel) -> String {
     for ((body, name), read) in signature.bodies.iter().zip(names).zip(bodies) {
         arguments.push(format!("{}{name}: &{}", unused(read), body.kind.row().name));
     }
-    if !signature.parameters.is_empty() {
+    if signature.has_given() {
         arguments.push(format!("{}params: &Params", unused(parameters)));
     }
     arguments.push("out: &mut Output".to_owned());
@@ -369,10 +388,8 @@ impl Rust<'_> {
     }
 
     fn place(&self, output: Output) -> String {
-        match output.part {
-            Part::Force => format!("out.force[{}]", output.row),
-            part => format!("out.{}[{}][{}]", part.name(), output.row, output.column),
-        }
+        let Output { part, row, column } = output;
+        if part.is_list() { format!("out.{part}[{row}]") } else { format!("out.{part}[{row}][{column}]") }
     }
 
     fn assign(&self, left: &str, value: &str) -> Vec<String> {
@@ -398,6 +415,35 @@ impl Rust<'_> {
             "};".to_owned(),
         ]
     }
+
+    /// The same runs of columns in each of some rows become zero.
+    fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
+        let (height, width) = part.shape(self.signature);
+        // An entry, some entries or all entries of a place of so many reals become zero.
+        let fill = |place: &str, whole: &str, count: usize, range: &Range<usize>| match range.len() {
+            length if length == count && count > 1 => format!("{whole} = [0.0; {count}];"),
+            1 => format!("{place}[{}] = 0.0;", range.start),
+            _ => format!("{place}[{}..{}].fill(0.0);", range.start, range.end),
+        };
+        let name = part.name();
+        if part.is_list() {
+            let place = format!("out.{name}");
+            return vec![fill(&place, &place, height, rows)];
+        }
+        let whole = rows.len() == height;
+        if whole && columns.iter().all(|run| run.len() == width) {
+            return vec![format!("out.{name} = [[0.0; {width}]; {height}];")];
+        }
+        if rows.len() == 1 {
+            let place = format!("out.{name}[{}]", rows.start);
+            return columns.iter().map(|run| fill(&place, &place, width, run)).collect();
+        }
+        let range = if whole { String::new() } else { format!("[{}..{}]", rows.start, rows.end) };
+        let mut lines = vec![format!("for row in &mut out.{name}{range} {{")];
+        lines.extend(columns.iter().map(|run| format!("    {}", fill("row", "*row", width, run))));
+        lines.push("}".to_owned());
+        lines
+    }
 }
 
 impl Dialect for Rust<'_> {
@@ -420,7 +466,10 @@ impl Dialect for Rust<'_> {
     }
 
     fn input(&self, slot: Slot) -> String {
-        slot_path(self.signature, &self.names, slot, ".")
+        match self.signature.known(slot) {
+            Some(value) => self.literal(&value),
+            None => slot_path(self.signature, &self.names, slot, "."),
+        }
     }
 
     fn function(&self, function: Function) -> String {
@@ -443,32 +492,25 @@ impl Dialect for Rust<'_> {
         self.choose(&self.place(output), select)
     }
 
-    fn zero(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        let count = self.signature.freedoms();
-        let all = |range: &Range<usize>| range.len() == count;
-        let name = part.name();
-        // An entry, some entries or all entries of a place of `count` reals become zero.
-        let fill = |place: &str, whole: &str, range: &Range<usize>| match range.len() {
-            _ if all(range) && count > 1 => format!("{whole} = [0.0; {count}];"),
-            1 => format!("{place}[{}] = 0.0;", range.start),
-            _ => format!("{place}[{}..{}].fill(0.0);", range.start, range.end),
-        };
-        if part == Part::Force {
-            let place = format!("out.{name}");
-            return vec![fill(&place, &place, rows)];
-        }
-        if all(rows) && columns.iter().all(all) {
-            return vec![format!("out.{name} = [[0.0; {count}]; {count}];")];
-        }
-        if rows.len() == 1 {
-            let place = format!("out.{name}[{}]", rows.start);
-            return columns.iter().map(|run| fill(&place, &place, run)).collect();
-        }
-        let range = if all(rows) { String::new() } else { format!("[{}..{}]", rows.start, rows.end) };
-        let mut lines = vec![format!("for row in &mut out.{name}{range} {{")];
-        lines.extend(columns.iter().map(|run| format!("    {}", fill("row", "*row", run))));
-        lines.push("}".to_owned());
-        lines
+    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], _first: bool) -> Vec<String> {
+        together(rows).into_iter().flat_map(|(rows, runs)| self.zeros(part, &rows, runs)).collect()
+    }
+
+    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {
+        let indent = " ".repeat(self.indent);
+        let text = format!("{indent}let {} = {};", variable.name, list(values, &indent));
+        text.lines().map(|line| line[self.indent..].to_owned()).collect()
+    }
+
+    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
+        let (part, columns) = (part.name(), &columns.name);
+        vec![format!("out.{part}[{row}] = {columns}.map(|column| {factor} * column);")]
+    }
+
+    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
+        let part = part.name();
+        let pairs = rows.clone().zip(from..);
+        pairs.map(|(row, other)| format!("out.{part}[{row}] = out.{part}[{other}].map(|x| -x);")).collect()
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

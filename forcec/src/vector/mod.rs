@@ -7,6 +7,7 @@
 //! x/x = 1. A graph made by [`Graph::verbatim`] simplifies nothing: it is the source as written, the reference that
 //! everything else is checked against.
 
+mod combinations;
 mod lets;
 mod points;
 mod reals;
@@ -175,7 +176,29 @@ pub struct Graph {
     simplify: bool,
     /// Whether quaternions may be taken as of length one: in derivatives, never in values.
     unit_quaternions: bool,
+    /// How derivatives are written here.
+    pub formulation: Formulation,
 }
+
+/// How derivatives are written. All say the same; which is shortest depends on the kernel.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct Formulation {
+    /// The derivative of a factor is formed backward, for all variables at once, so that what it brings to a vector is
+    /// one sum that every arm is crossed with; else forward, a sum of products for every variable.
+    pub backward: bool,
+    /// Outer products with one left side are joined even where their right sides, taken apart, would meet others.
+    pub closed: bool,
+    /// A real that all terms of a left side share stands on the right, so that left sides meet those of other blocks.
+    pub bare: bool,
+}
+
+/// The formulations that are tried, in order.
+pub static FORMULATIONS: [Formulation; 4] = [
+    Formulation { backward: false, closed: true, bare: true },
+    Formulation { backward: false, closed: true, bare: false },
+    Formulation { backward: true, closed: true, bare: false },
+    Formulation { backward: true, closed: false, bare: false },
+];
 
 impl Graph {
     /// An empty graph over these arguments.
@@ -187,6 +210,7 @@ impl Graph {
             signature,
             simplify: true,
             unit_quaternions: false,
+            formulation: FORMULATIONS[0],
         }
     }
 

@@ -45,8 +45,13 @@ impl Graph {
         self.value(real).is_some_and(Exact::is_zero)
     }
 
-    /// An entry of an argument.
+    /// An entry of an argument, or the number that stands for it.
     pub fn entry(&mut self, slot: Slot) -> Real {
+        if self.simplify
+            && let Some(value) = self.signature.folded(slot)
+        {
+            return self.constant(value);
+        }
         self.real(Node::Entry(slot))
     }
 
@@ -77,6 +82,7 @@ impl Graph {
         }
         let flat = collect(flat);
         let flat = self.pin_components(flat);
+        let flat = self.gather_products(flat);
         match (constant.is_zero(), flat.as_slice()) {
             (_, []) => self.constant(constant),
             (true, [(c, term)]) if c.is_one() => *term,

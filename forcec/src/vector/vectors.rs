@@ -9,9 +9,20 @@ use crate::exact::{Exact, collect};
 use std::collections::BTreeMap;
 
 impl Graph {
-    /// Three consecutive entries of an argument.
+    /// Three consecutive entries of an argument. Numbers that stand for them are put in where they are lowered, so that
+    /// points stay points; but for zeros, which vanish.
     pub fn triple(&mut self, slot: Slot) -> Vector {
+        if self.is_known_zero(slot) {
+            return self.zero_vector();
+        }
         self.vector(Node::Triple(slot))
+    }
+
+    /// Whether three entries are known to be zero.
+    fn is_known_zero(&self, slot: Slot) -> bool {
+        let zero =
+            |offset: u32| self.signature.known(Slot { offset, ..slot }).is_some_and(|value| value.is_zero());
+        self.simplify && (slot.offset..slot.offset + 3).all(zero)
     }
 
     /// The zero vector.
@@ -135,6 +146,51 @@ impl Graph {
         collect(merged)
     }
 
+    /// Σ s tᵢ vᵢ as s and Σ tᵢ vᵢ, for the factors s that all terms share.
+    pub fn split_scale(&mut self, v: Vector) -> (Real, Vector) {
+        let terms = match self.vector_at(v) {
+            Node::Scale(s, inner) => return (*s, *inner),
+            Node::VectorSum(terms) => terms.clone(),
+            _ => return (self.one(), v),
+        };
+        let mut common: Option<Vec<(Real, i32)>> = None;
+        for (_, term) in &terms {
+            let Node::Scale(s, _) = *self.vector_at(*term) else { return (self.one(), v) };
+            let factors = self.factors(s);
+            common = Some(match common {
+                None => factors,
+                Some(common) => common
+                    .into_iter()
+                    .filter_map(|(factor, e)| {
+                        let (_, d) = *factors.iter().find(|(other, _)| *other == factor)?;
+                        (e.signum() == d.signum()).then_some((factor, e.signum() * e.abs().min(d.abs())))
+                    })
+                    .collect(),
+            });
+        }
+        let common = common.unwrap_or_default();
+        if common.is_empty() {
+            return (self.one(), v);
+        }
+        let inverse: Vec<(Real, i32)> = common.iter().map(|(factor, e)| (*factor, -e)).collect();
+        let mut rest = Vec::new();
+        for (c, term) in terms {
+            let Node::Scale(s, inner) = *self.vector_at(term) else { unreachable!("seen above") };
+            let mut factors = self.factors(s);
+            factors.extend(&inverse);
+            let weight = self.product(&factors);
+            rest.push((c.clone(), self.scale(weight, inner)));
+        }
+        (self.product(&common), self.vector_sum(rest))
+    }
+
+    fn factors(&self, s: Real) -> Vec<(Real, i32)> {
+        match self.at(s) {
+            Node::Product(factors) => factors.to_vec(),
+            _ => vec![(s, 1)],
+        }
+    }
+
     /// u + v
     pub fn vector_add(&mut self, u: Vector, v: Vector) -> Vector {
         self.vector_sum(vec![(Exact::ONE, u), (Exact::ONE, v)])
@@ -152,6 +208,10 @@ impl Graph {
 
     /// The difference of two positions, or two velocities, as its own node.
     pub fn difference(&mut self, first: Slot, second: Slot) -> Vector {
+        if self.is_known_zero(first) || self.is_known_zero(second) {
+            let (first, second) = (self.triple(first), self.triple(second));
+            return self.vector_sub(first, second);
+        }
         self.vector(Node::Difference(first, second))
     }
 
@@ -240,6 +300,9 @@ impl Graph {
             if let Node::Cross(x, y) = *self.vector_at(q) {
                 if p == x || p == y {
                     return self.zero();
+                }
+                if let Some(product) = self.determinant_of_product(p, x, y) {
+                    return self.scaled(coefficient, product);
                 }
                 // ω·(r × f) instead of f·(ω × r): the product of an arm and a force is wanted anyway.
                 if !self.is_velocity(p) && self.is_velocity(x) {

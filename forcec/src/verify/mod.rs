@@ -7,6 +7,7 @@
 //! that rounding never fails a check and a wrong sign never hides behind a guess.
 
 pub(crate) mod big;
+mod chosen;
 mod differences;
 mod invariants;
 mod layout;
@@ -19,13 +20,15 @@ mod source;
 mod states;
 mod tape;
 
+pub use chosen::check_chosen;
 pub use mutate::{Mutation, apply, mutate, mutations};
 pub use render::{json, table};
-pub use report::{Array, Comparison, Coverage, Differences, Entry, Inputs, Invariant, Report, Verdict};
+pub use report::{Comparison, Coverage, Differences, Entry, Inputs, Invariant, Report, Verdict};
 pub use states::Family;
 
 use crate::bodies::{ParameterType, Role};
 use crate::definition::Definition;
+use crate::outputs::{Output, Part};
 use crate::scalar::{Id, Program};
 use big::Big;
 use differences::Answer;
@@ -78,8 +81,8 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     let oracle = Oracle::new(subject.source, &layout);
     let outputs: Vec<Id> = subject.program.outputs().collect();
     let tape = Tape::new(subject.program, &layout, &outputs);
-    let force = Tape::new(subject.program, &layout, &subject.program.force);
-    let comparisons = Array::ALL.map(|array| Comparison {
+    let force = Tape::new(subject.program, &layout, subject.program.part(Part::Force));
+    let comparisons = Part::DEFAULT.map(|array| Comparison {
         array,
         entries: 0,
         failures: 0,
@@ -87,7 +90,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
         worst: None,
         sharp: 0,
     });
-    let largest = Array::ALL.map(|_| 0.0);
+    let largest = Part::DEFAULT.map(|_| 0.0);
     let mut checker = Checker {
         layout: &layout,
         oracle: &oracle,
@@ -236,26 +239,26 @@ impl<'a> Checker<'a> {
         let (force, matrices) = outputs.split_at(n);
         let (dfdx, dfdv) = matrices.split_at(n * n);
         let column = std::slice::from_ref(&exact.point.force);
-        let mut resolved = self.compare(Array::Force, family, state, force, column, exact.point.noise);
-        resolved &= self.compare(Array::Dfdv, family, state, dfdv, &exact.dfdv.columns, exact.dfdv.noise);
+        let mut resolved = self.compare(Part::Force, family, state, force, column, exact.point.noise);
+        resolved &= self.compare(Part::Dfdv, family, state, dfdv, &exact.dfdv.columns, exact.dfdv.noise);
         let along = exact.direction.as_ref().map(|direction| self.along(direction, dfdx, &exact.dfdx));
         resolved &= match along {
-            None => self.compare(Array::Dfdx, family, state, dfdx, &exact.dfdx.columns, exact.dfdx.noise),
+            None => self.compare(Part::Dfdx, family, state, dfdx, &exact.dfdx.columns, exact.dfdx.noise),
             // Where a direction shows an error, the entries name it.
             Some((false, _)) => match exact.point.dfdx() {
-                Ok(all) => self.compare(Array::Dfdx, family, state, dfdx, &all.columns, all.noise),
+                Ok(all) => self.compare(Part::Dfdx, family, state, dfdx, &all.columns, all.noise),
                 Err(_) => {
-                    self.comparisons[Array::Dfdx as usize].failures += 1;
+                    self.comparisons[place(Part::Dfdx)].failures += 1;
                     false
                 }
             },
             Some((true, resolved)) => {
-                self.comparisons[Array::Dfdx as usize].entries += n;
+                self.comparisons[place(Part::Dfdx)].entries += n;
                 resolved
             }
         };
         for (array, coordinates, derivative) in
-            [(Array::Dfdx, &self.layout.pose, dfdx), (Array::Dfdv, &self.layout.velocity, dfdv)]
+            [(Part::Dfdx, &self.layout.pose, dfdx), (Part::Dfdv, &self.layout.velocity, dfdv)]
         {
             let answers = differences::compare(self.force, self.layout, state, coordinates, derivative);
             for (at, answer) in answers.into_iter().enumerate() {
@@ -278,19 +281,15 @@ impl<'a> Checker<'a> {
     }
 
     /// The name of an entry.
-    fn name(&self, array: Array, row: usize, column: usize) -> String {
-        let names = &self.names;
-        match array {
-            Array::Force => format!("{array}[{}]", names[row]),
-            Array::Dfdx | Array::Dfdv => format!("{array}[{}][{}]", names[row], names[column]),
-        }
+    fn name(&self, array: Part, row: usize, column: usize) -> String {
+        Output::new(array, row, column).named(&self.layout.signature)
     }
 
     /// Compares an array entry by entry; the kernel's stands row by row, the exact one column by column. Whether it is
     /// resolved: whether the tolerance leaves anything of the largest entry.
     fn compare(
         &mut self,
-        array: Array,
+        array: Part,
         family: Family,
         state: &State,
         kernel: &[Bounded],
@@ -316,7 +315,7 @@ impl<'a> Checker<'a> {
                 let fails = error.is_infinite() || error > tolerance;
                 furthest = furthest.max(if error <= slack { 0.0 } else { error });
                 let here = ratio(error, tolerance);
-                let comparison = &self.comparisons[array as usize];
+                let comparison = &self.comparisons[place(array)];
                 let is_worst = comparison.worst.as_ref().is_none_or(|worst| here > worst.ratio());
                 let entry = is_worst.then(|| Entry {
                     name: self.name(array, row, column),
@@ -327,7 +326,7 @@ impl<'a> Checker<'a> {
                     family,
                     inputs: self.layout.inputs(&state.values),
                 });
-                let comparison = &mut self.comparisons[array as usize];
+                let comparison = &mut self.comparisons[place(array)];
                 comparison.entries += 1;
                 comparison.failures += usize::from(fails);
                 if entry.is_some() {
@@ -336,15 +335,15 @@ impl<'a> Checker<'a> {
             }
         }
         if family.is_ordinary() && widest <= SHARP * largest + slack {
-            self.comparisons[array as usize].sharp += 1;
+            self.comparisons[place(array)].sharp += 1;
         }
         // Where everything is zero, what is large elsewhere is the measure.
-        let measure = if largest > 0.0 { largest } else { self.largest[array as usize] };
-        self.largest[array as usize] = self.largest[array as usize].max(largest);
+        let measure = if largest > 0.0 { largest } else { self.largest[place(array)] };
+        self.largest[place(array)] = self.largest[place(array)].max(largest);
         let resolved = furthest.is_finite() && widest <= measure + slack;
         if resolved {
             let relative = if furthest == 0.0 { 0.0 } else { furthest / measure };
-            let of_family = &mut self.comparisons[array as usize].relative[family as usize].1;
+            let of_family = &mut self.comparisons[place(array)].relative[family as usize].1;
             *of_family = Some(of_family.map_or(relative, |before| before.max(relative)));
         }
         resolved
@@ -368,12 +367,12 @@ impl<'a> Checker<'a> {
             widest = widest.max(tolerance);
             (exact.clone() - sum).to_f64().abs() <= tolerance
         });
-        (agrees, widest <= largest.max(self.largest[Array::Dfdx as usize]) + slack)
+        (agrees, widest <= largest.max(self.largest[place(Part::Dfdx)]) + slack)
     }
 
     fn difference(
         &mut self,
-        array: Array,
+        array: Part,
         family: Family,
         state: &State,
         at: usize,
@@ -410,7 +409,9 @@ impl<'a> Checker<'a> {
         let active: usize = covered.clone().map(|c| c.active).sum();
         if covered.count() == 0 {
             problems.push("no family has regular states: nothing was checked".to_owned());
-        } else if active == 0 && !subject.program.force.iter().all(|id| subject.program.graph.is_zero(*id)) {
+        } else if active == 0
+            && !subject.program.part(Part::Force).iter().all(|id| subject.program.graph.is_zero(*id))
+        {
             problems
                 .push("no state was found at which a force is not zero: only zeros were checked".to_owned());
         }
@@ -436,6 +437,11 @@ impl<'a> Checker<'a> {
             passed,
         }
     }
+}
+
+/// Where an array stands among those that are compared.
+fn place(array: Part) -> usize {
+    Part::DEFAULT.iter().position(|part| *part == array).expect("one of the arrays that are compared")
 }
 
 /// The seed of one draw.

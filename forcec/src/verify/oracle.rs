@@ -13,6 +13,7 @@ use super::source::{self, Fields, Source, Values, field_bit};
 use super::states::State;
 use crate::bodies::{Role, Slot};
 use crate::definition::{Definition, Law, Row};
+use crate::outputs::Part;
 use std::collections::BTreeMap;
 
 /// Steps are 2 to the minus this.
@@ -113,7 +114,8 @@ impl<'d> Oracle<'d> {
             }
             Law::Energy(energy) => (vec![Output::Real(energy.index())], Statement::Energy),
             Law::Force(forces) => {
-                let blocks = forces.iter().flat_map(|f| std::iter::once(f.force).chain(f.torque));
+                let moving = layout.signature.moving().map(|(body, _)| &forces[body]);
+                let blocks = moving.flat_map(|f| std::iter::once(f.force).chain(f.torque));
                 (blocks.map(|v| Output::Vector(v.index())).collect(), Statement::Force)
             }
         };
@@ -492,6 +494,25 @@ impl Point<'_, '_> {
             columns.push(quotient(&force, &self.force));
         }
         self.columns(columns)
+    }
+
+    /// A result, row by row.
+    pub(crate) fn part(&self, part: Part) -> Result<Vec<Big>, Singular> {
+        let transposed = |columns: Columns| {
+            let rows = 0..self.force.len();
+            rows.flat_map(|row| columns.columns.iter().map(move |column| column[row].clone())).collect()
+        };
+        Ok(match part {
+            Part::Value => self.rows.clone(),
+            Part::Rate => {
+                let velocities = self.oracle.velocities(&self.inputs);
+                self.jacobian.iter().map(|row| inner(row, &velocities)).collect()
+            }
+            Part::Jacobian => self.jacobian.concat(),
+            Part::Force => self.force.clone(),
+            Part::Dfdx => transposed(self.dfdx()?),
+            Part::Dfdv => transposed(self.dfdv()?),
+        })
     }
 
     fn columns(&self, columns: Vec<Vec<Big>>) -> Result<Columns, Singular> {

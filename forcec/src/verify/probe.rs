@@ -7,7 +7,7 @@ use super::big::Big;
 use super::input_errors;
 use super::layout::Layout;
 use super::oracle::{Oracle, Point, Singular};
-use super::report::{Array, Inputs};
+use super::report::Inputs;
 use super::source::Source;
 use super::states::{Family, Random, State, draw};
 use super::tape::Tape;
@@ -17,13 +17,14 @@ use crate::definition::Definition;
 use crate::eval;
 use crate::number::Arithmetic;
 use crate::ops::Function;
+use crate::outputs::Part;
 use crate::scalar::Id;
 use crate::vector::Graph;
 
 /// What the source says at one state.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// F, ∂F/∂X row by row and ∂F/∂V row by row: the order of a kernel's `out` in memory.
+    /// Every result row by row: the order of a kernel's `out` in memory.
     pub outputs: Vec<f64>,
     /// Whether some row pushes; what is no one-sided constraint always does.
     pub pushes: bool,
@@ -57,16 +58,16 @@ impl<'a> Probe<'a> {
         Oracle::new(self.subject.source, &self.layout).cost()
     }
 
-    /// F, ∂F/∂X and ∂F/∂V from the source by differences in 320 bits; `None` where one of them does not exist.
+    /// What the program computes, from the source by differences in 320 bits; `None` where some of it does not exist.
     pub fn truth(&self, inputs: &[f64]) -> Option<Truth> {
         let oracle = Oracle::new(self.subject.source, &self.layout);
         let truth = |point: Point| -> Result<Truth, Singular> {
             let pushes = point.pushes();
-            let mut outputs: Vec<f64> = point.force.iter().map(Big::to_f64).collect();
-            for columns in [point.dfdx()?, point.dfdv()?] {
-                for row in 0..columns.columns.len() {
-                    outputs.extend(columns.columns.iter().map(|column| flushed(&column[row], columns.noise)));
-                }
+            let mut outputs: Vec<f64> = Vec::new();
+            for array in &self.subject.program.arrays {
+                let derivative = matches!(array.part, Part::Jacobian | Part::Dfdx | Part::Dfdv);
+                let noise = if derivative { point.noise } else { 0.0 };
+                outputs.extend(point.part(array.part)?.iter().map(|x| flushed(x, noise)));
             }
             Ok(Truth { outputs, pushes })
         };
@@ -91,14 +92,10 @@ impl<'a> Probe<'a> {
     }
 
     /// An output's array and its name: `dfdx[a.ry][b.x]`.
-    pub fn name(&self, output: usize) -> (Array, String) {
-        let names = self.layout.signature.coordinate_names();
-        let n = names.len();
-        let Some(entry) = output.checked_sub(n) else {
-            return (Array::Force, format!("{}[{}]", Array::Force, names[output]));
-        };
-        let array = if entry < n * n { Array::Dfdx } else { Array::Dfdv };
-        (array, format!("{array}[{}][{}]", names[entry / n % n], names[entry % n]))
+    pub fn name(&self, output: usize) -> (Part, String) {
+        let mut outputs = self.subject.program.arrays.iter().flat_map(|array| array.outputs());
+        let (output, _) = outputs.nth(output).expect("an output of the program");
+        (output.part, output.named(&self.layout.signature))
     }
 }
 
@@ -150,8 +147,10 @@ pub struct Partial {
 pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     const STEP: i32 = 100;
     let row = function.row();
-    let parameter = |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
-    let signature = Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect() };
+    let parameter =
+        |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any, value: None };
+    let signature =
+        Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect(), rows: 0 };
     let layout = Layout::new(&signature);
     let mut graph = Graph::new(signature.clone());
     let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();

@@ -5,38 +5,31 @@
 
 use super::report::{Comparison, Entry, Invariant, Report, Verdict};
 use super::states::Family;
+use crate::outputs::{PARTS, Part};
 use std::fmt::Write;
 
-const HEADINGS: [&str; 17] = [
-    "kernel",
-    "check",
-    "states",
-    "singular",
-    "force",
-    "dfdx",
-    "dfdv",
-    "near",
-    "far",
-    "of bound",
-    "differences",
-    "unresolved",
-    "Σ force",
-    "Σ torque",
-    "turned",
-    "dfdv",
-    "dfdx",
+/// The columns before those of the results, behind them, and those of the invariants.
+const HEADINGS: [&[&str]; 3] = [
+    &["kernel", "check", "states", "singular"],
+    &["near", "far", "of bound", "differences", "unresolved"],
+    &["Σ force", "Σ torque", "turned", "dfdv", "dfdx"],
 ];
-/// Columns from here on, and the first two, stand to the left.
-const PHYSICS: usize = 12;
 
 /// A table of many kernels, failures in full below it. `force`, `dfdx` and `dfdv` are the largest errors relative to the
 /// largest entry at states of order one and stiff ones, `near` and `far` the same over all arrays at near-singular and far
 /// states; `of bound` is the largest error relative to what rounding accounts for. Then the invariants: balance of forces
 /// and torques, equivariance, symmetry of ∂F/∂V, symmetry of ∂F/∂X up to the torque.
 pub fn table(reports: &[Report]) -> String {
-    let mut rows = vec![HEADINGS.map(str::to_owned).to_vec()];
-    rows.extend(reports.iter().map(line));
-    let mut widths = [0; HEADINGS.len()];
+    let compared = |part: &Part| reports.iter().any(|r| r.comparisons.iter().any(|c| c.array == *part));
+    let parts: Vec<Part> = PARTS.iter().map(|row| row.part).filter(compared).collect();
+    let [before, behind, physics] = HEADINGS;
+    let names = before.iter().copied().chain(parts.iter().map(|part| part.name()));
+    let names = names.chain(behind.iter().chain(physics).copied());
+    let mut rows = vec![names.map(str::to_owned).collect::<Vec<String>>()];
+    rows.extend(reports.iter().map(|report| line(report, &parts)));
+    // Words stand to the left, numbers to the right.
+    let words = rows[0].len() - physics.len();
+    let mut widths = vec![0; rows[0].len()];
     for row in &rows {
         for (width, cell) in widths.iter_mut().zip(row) {
             *width = (*width).max(cell.chars().count());
@@ -44,8 +37,8 @@ pub fn table(reports: &[Report]) -> String {
     }
     let mut text = String::new();
     for row in &rows {
-        let cells = row.iter().zip(widths).enumerate().map(|(column, (cell, width))| {
-            let left = !(2..PHYSICS).contains(&column);
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, width))| {
+            let left = !(2..words).contains(&column);
             let gap = " ".repeat(width - cell.chars().count());
             if left { format!("{cell}{gap}") } else { format!("{gap}{cell}") }
         });
@@ -110,7 +103,7 @@ fn short(family: Family) -> &'static str {
     }
 }
 
-fn line(report: &Report) -> Vec<String> {
+fn line(report: &Report, parts: &[Part]) -> Vec<String> {
     let mut cells = vec![
         report.kernel.clone(),
         outcome(report),
@@ -119,7 +112,10 @@ fn line(report: &Report) -> Vec<String> {
     ];
     let hard = |family| matches!(family, Family::NearSingular | Family::Far);
     let told = |error: Option<f64>| error.map_or_else(|| "-".to_owned(), size);
-    cells.extend(report.comparisons.iter().map(|c| told(c.relative(|family| !hard(family)))));
+    cells.extend(parts.iter().map(|part| {
+        let comparison = report.comparisons.iter().find(|c| c.array == *part);
+        told(comparison.and_then(|c| c.relative(|family| !hard(family))))
+    }));
     let missing = report.not_covered();
     for family in [Family::NearSingular, Family::Far] {
         let errors = report.comparisons.iter().filter_map(|c| c.relative(|of| of == family));
@@ -135,6 +131,7 @@ fn line(report: &Report) -> Vec<String> {
     });
     cells.push(differences.unresolved.to_string());
     cells.extend(report.invariants.iter().map(physics));
+    cells.extend(HEADINGS[2][report.invariants.len()..].iter().map(|_| "-".to_owned()));
     cells
 }
 

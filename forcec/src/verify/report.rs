@@ -1,38 +1,8 @@
 //! What a check found, as a value.
 
 use super::states::Family;
+use crate::outputs::Part;
 use std::fmt;
-
-/// One of a kernel's outputs.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Array {
-    /// F
-    Force,
-    /// ∂F/∂X
-    Dfdx,
-    /// ∂F/∂V
-    Dfdv,
-}
-
-impl Array {
-    /// Every array, in the order they are stored.
-    pub const ALL: [Array; 3] = [Array::Force, Array::Dfdx, Array::Dfdv];
-
-    /// Its name in a kernel.
-    pub fn name(self) -> &'static str {
-        match self {
-            Array::Force => "force",
-            Array::Dfdx => "dfdx",
-            Array::Dfdv => "dfdv",
-        }
-    }
-}
-
-impl fmt::Display for Array {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
 
 /// All inputs of a kernel: each field and parameter with its reals, in memory order.
 #[derive(Clone, PartialEq, Debug)]
@@ -91,7 +61,7 @@ pub(crate) fn ratio(error: f64, tolerance: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The array.
-    pub array: Array,
+    pub array: Part,
     /// How many entries were compared, over all states.
     pub entries: usize,
     /// How many of them were off by more than rounding accounts for.

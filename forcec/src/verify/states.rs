@@ -211,7 +211,25 @@ pub(crate) fn draw(layout: &Layout, gains: bool, family: Family, index: usize, r
             }
         }
     }
+    known(layout, &mut state.values);
     state
+}
+
+/// What is known while compiling is what it is.
+fn known(layout: &Layout, values: &mut [f64]) {
+    let roles = [Role::Velocity, Role::AngularVelocity];
+    for (body, argument) in layout.signature.bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
+        for field in
+            roles.into_iter().filter_map(|role| argument.kind.field(role).and(layout.field(body, role)))
+        {
+            values[field..field + 3].fill(0.0);
+        }
+    }
+    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+        for (k, value) in parameter.value.iter().flatten().enumerate() {
+            values[layout.parameter(p) + k] = value.to_f64();
+        }
+    }
 }
 
 fn bodies(layout: &Layout, values: &mut [f64], random: &mut Random) {

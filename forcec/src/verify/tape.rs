@@ -492,8 +492,14 @@ struct Partials {
 impl Partials {
     fn new(function: Function) -> Partials {
         let row = function.row();
-        let parameter = |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any };
-        let signature = Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect() };
+        let parameter = |k| Parameter {
+            name: format!("x{k}"),
+            ty: ParameterType::Real,
+            domain: Domain::Any,
+            value: None,
+        };
+        let signature =
+            Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect(), rows: 0 };
         let mut graph = Graph::new(signature.clone());
         let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();
         let result = graph.call(function, &x);

@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn kernels() -> Vec<(String, Program)> {
-    let mut all =
-        vec![("spring".to_owned(), programs::spring()), ("everything".to_owned(), programs::everything())];
+    let own = [programs::spring(), programs::everything(), programs::rows()];
+    let names = ["spring", "everything", "rows"].map(str::to_owned);
+    let mut all: Vec<(String, Program)> = names.into_iter().zip(own).collect();
     all.extend((1..9).map(|seed| (format!("random_{seed}"), programs::random(seed, 40 * seed as usize))));
     all
 }
@@ -269,10 +270,30 @@ fn rust_compiles_without_a_warning_and_computes_the_same() {
     compare(&run(&folder, "./driver", &[]));
 }
 
-/// Counts operators and calls in the bodies of emitted functions, knowing nothing of how they were made.
-fn recount(text: &str) -> Operations {
-    let mut count = Operations::default();
+/// Counts operators and calls in the bodies of emitted functions, those in loops as often as these run, knowing nothing
+/// of how they were made.
+fn recount(text: &str, freedoms: usize) -> Operations {
+    let mut total = Operations::default();
+    let mut outer = 1;
     for line in text.lines().map(str::trim) {
+        let (mut line, mut times) = (line, std::mem::replace(&mut outer, 1));
+        while let Some((head, rest)) = line.strip_prefix("for (int ").and_then(|rest| rest.split_once(')')) {
+            let bound = |sign: &str| -> usize {
+                let (_, bound) = head.split_once(sign).unwrap();
+                bound.split_once(';').unwrap().0.parse().unwrap()
+            };
+            times *= bound(" < ") - bound(" = ");
+            line = rest.trim();
+        }
+        if line.is_empty() {
+            outer = times;
+            continue;
+        }
+        if let Some((_, closure)) = line.split_once(".map(|") {
+            line = closure.split_once("| ").unwrap().1.strip_suffix(");").unwrap();
+            times = freedoms;
+        }
+        let mut count = Operations::default();
         if line.starts_with("for ")
             || line.starts_with("//")
             || line.starts_with("/*")
@@ -280,7 +301,8 @@ fn recount(text: &str) -> Operations {
         {
             continue;
         }
-        let line = line.replace("->", ".").replace(".fill(", " ");
+        // An index is no operation.
+        let line = line.replace("->", ".").replace("[i - ", "[").replace(".fill(", " ");
         let value = line.split_once(" = ").map_or(line.as_str(), |(_, value)| value);
         // A sign after `if` is no subtraction.
         let value = value.strip_prefix("if ").unwrap_or(value);
@@ -319,8 +341,9 @@ fn recount(text: &str) -> Operations {
         if line.contains("= if ") {
             count.call += 1;
         }
+        (0..times).for_each(|_| total += count);
     }
-    count
+    total
 }
 
 #[test]
@@ -329,9 +352,14 @@ fn operations_are_counted_on_the_text() {
         let schedule = schedule(&program, Style::default());
         let kernel = Kernel { name: name.clone(), docs: vec![], formulas: vec![], schedule };
         let operations = kernel.schedule.operations();
+        let freedoms = kernel.schedule.signature.freedoms();
         let rust = targets::rust::kernel_module(&kernel, Precision::F32);
         let start = rust.find("pub fn evaluate").unwrap();
-        assert_eq!(recount(rust[start..].split_once("{\n").unwrap().1), operations, "{name} in Rust");
+        assert_eq!(
+            recount(rust[start..].split_once("{\n").unwrap().1, freedoms),
+            operations,
+            "{name} in Rust"
+        );
         let file = File {
             stem: name.clone(),
             docs: vec![],
@@ -339,7 +367,7 @@ fn operations_are_counted_on_the_text() {
             precisions: vec![Precision::F64],
         };
         let c = targets::c::source(&file);
-        assert_eq!(recount(c.split_once("{\n").unwrap().1), operations, "{name} in C");
+        assert_eq!(recount(c.split_once("{\n").unwrap().1, freedoms), operations, "{name} in C");
     }
 }
 
@@ -351,11 +379,13 @@ fn the_same_program_makes_the_same_text() {
 }
 
 #[test]
-fn a_spring_reads_like_this() {
-    let text = schedule(&programs::spring()).to_string();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/backend/spring.schedule");
-    if std::env::var_os("UPDATE").is_some() {
-        std::fs::write(&path, &text).unwrap();
+fn schedules_read_like_this() {
+    for (name, program) in [("spring", programs::spring()), ("rows", programs::rows())] {
+        let text = schedule(&program).to_string();
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/backend/{name}.schedule"));
+        if std::env::var_os("UPDATE").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        assert_eq!(text, std::fs::read_to_string(path).unwrap(), "{name}: UPDATE=1 accepts the new text");
     }
-    assert_eq!(text, std::fs::read_to_string(path).unwrap(), "UPDATE=1 accepts the new text");
 }

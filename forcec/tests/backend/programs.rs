@@ -3,30 +3,60 @@
 use forcec::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
 use forcec::exact::Exact;
 use forcec::ops::Function;
+use forcec::outputs::{Output, Part};
 use forcec::scalar::{Graph, Id, Program};
 use forcec::vector::Comparison;
 
 fn body(name: &str, kind: BodyKind) -> Body {
-    Body { name: name.to_owned(), kind }
+    Body { name: name.to_owned(), kind, fixed: false }
 }
 
 fn parameter(name: &str, ty: ParameterType) -> Parameter {
-    Parameter { name: name.to_owned(), ty, domain: Domain::Any }
+    Parameter { name: name.to_owned(), ty, domain: Domain::Any, value: None }
 }
 
 fn program(signature: Signature, graph: Graph, zero: Id) -> Program {
-    let count = signature.freedoms();
-    Program {
-        signature,
-        graph,
-        force: vec![zero; count],
-        dfdx: vec![vec![zero; count]; count],
-        dfdv: vec![vec![zero; count]; count],
-    }
+    Program::filled(signature, graph, &Part::DEFAULT, zero)
 }
 
 fn entry(argument: u16, field: u8, offset: u32) -> Slot {
     Slot { argument, field, offset }
+}
+
+/// Rows that loops write: ∂F/∂V of rank one, half of it the negative of the other half, by factors that are called like
+/// what runs in a loop; ∂F/∂X with negated rows between others, zeros in them.
+pub(crate) fn rows() -> Program {
+    let signature = Signature {
+        bodies: vec![body("a", BodyKind::PARTICLE), body("b", BodyKind::PARTICLE)],
+        parameters: ["j", "x", "i"].map(|name| parameter(name, ParameterType::Real)).to_vec(),
+        rows: 0,
+    };
+    let mut g = Graph::default();
+    let mut p = program(signature, Graph::default(), g.zero());
+    let factors = [2, 3, 4].map(|a| g.input(entry(a, 0, 0)));
+    let shared = g.add(factors[0], factors[2]);
+    let columns: [Id; 6] = std::array::from_fn(|j| {
+        let velocity = g.input(entry(j as u16 / 3, 1, j as u32 % 3));
+        let column = g.mul(velocity, shared);
+        g.set_name(column, &format!("column_{j}"));
+        column
+    });
+    for (i, factor) in factors.into_iter().enumerate() {
+        for (j, column) in columns.into_iter().enumerate() {
+            let product = g.mul(factor, column);
+            let product = if (i == 1) == (j == 2) { product } else { g.neg(product) };
+            p.set(Output::new(Part::Dfdv, i, j), product);
+            p.set(Output::new(Part::Dfdv, i + 3, j), g.neg(product));
+            let sum = g.add(factor, column);
+            if i != j && j != 4 {
+                let (row, negated) = if i == 2 { (5, 2) } else { (i, i + 3) };
+                p.set(Output::new(Part::Dfdx, row, j), sum);
+                p.set(Output::new(Part::Dfdx, negated, j), g.neg(sum));
+            }
+        }
+    }
+    p.graph = g;
+    p
 }
 
 /// A damped spring between two particles, as an author would write it.
@@ -38,6 +68,7 @@ pub(crate) fn spring() -> Program {
             parameter("stiffness", ParameterType::Real),
             parameter("damping", ParameterType::Real),
         ],
+        rows: 0,
     };
     let mut g = Graph::default();
     let zero = g.zero();
@@ -69,8 +100,8 @@ pub(crate) fn spring() -> Program {
     let mut p = program(signature, Graph::default(), zero);
     for i in 0..3 {
         let force = g.mul(tension, n[i]);
-        p.force[i] = force;
-        p.force[i + 3] = g.neg(force);
+        p.set(Output::new(Part::Force, i, 0), force);
+        p.set(Output::new(Part::Force, i + 3, 0), g.neg(force));
         for j in 0..3 {
             let outer = g.mul(n[i], n[j]);
             let mut k = g.mul(radial, outer);
@@ -79,8 +110,8 @@ pub(crate) fn spring() -> Program {
             }
             let c = g.mul(damping, outer);
             for (r, s) in [(0, 0), (0, 3), (3, 0), (3, 3)] {
-                p.dfdx[i + r][j + s] = if r == s { g.neg(k) } else { k };
-                p.dfdv[i + r][j + s] = if r == s { g.neg(c) } else { c };
+                p.set(Output::new(Part::Dfdx, i + r, j + s), if r == s { g.neg(k) } else { k });
+                p.set(Output::new(Part::Dfdv, i + r, j + s), if r == s { g.neg(c) } else { c });
             }
         }
     }
@@ -100,6 +131,7 @@ fn wide_signature() -> Signature {
             parameter("blocks", array),
             parameter("a_name_that_is_really_rather_long", ParameterType::Quaternion),
         ],
+        rows: 0,
     }
 }
 
@@ -212,11 +244,11 @@ pub(crate) fn everything() -> Program {
     let mut places = (0..2 * count * count).filter(|i| i % 11 != 3 && !(40..46).contains(i));
     for (i, value) in outputs.into_iter().enumerate() {
         if i < 4 {
-            p.force[2 * i] = value;
+            p.set(Output::new(Part::Force, 2 * i, 0), value);
         }
         let place = places.next().expect("room");
-        let matrix = if place < count * count { &mut p.dfdx } else { &mut p.dfdv };
-        matrix[place % (count * count) / count][place % count] = value;
+        let part = if place < count * count { Part::Dfdx } else { Part::Dfdv };
+        p.set(Output::new(part, place % (count * count) / count, place % count), value);
     }
     p.graph = g;
     p
@@ -335,11 +367,11 @@ pub(crate) fn random(seed: u64, size: usize) -> Program {
                 _ => zero,
             }
         };
-        p.force[row] = pick(&mut g);
+        p.set(Output::new(Part::Force, row, 0), pick(&mut g));
         for column in 0..count {
-            p.dfdx[row][column] = pick(&mut g);
+            p.set(Output::new(Part::Dfdx, row, column), pick(&mut g));
             if seed.is_multiple_of(2) {
-                p.dfdv[row][column] = pick(&mut g);
+                p.set(Output::new(Part::Dfdv, row, column), pick(&mut g));
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Values of graphs at made-up arguments: whether what was simplified still means what was written.
 
 use super::{accepted, compile};
+use forcec::Specialization;
 use forcec::check;
 use forcec::definition::{Definition, Law, Row};
 use forcec::vector::{Comparison, Graph, Node};
@@ -143,7 +144,7 @@ pub(crate) fn agreed(text: &str) -> Vec<Vec<f64>> {
     let (file, checked) = accepted(text);
     let mut first = Vec::new();
     for definition in &checked.definitions {
-        let verbatim = check::elaborate(&file, &definition.name);
+        let verbatim = check::elaborate(&file, &definition.name, &Specialization::default());
         for seed in 0..5 {
             let (x, y) = (outputs(definition, seed), outputs(&verbatim, seed));
             assert_eq!(x.len(), y.len());
@@ -167,7 +168,9 @@ pub(crate) fn zero(arguments: &str, rows: &[(&str, &str)]) {
             let Ok((file, checked)) = compile(&text) else { continue };
             agreed(&text);
             for seed in 0..5 {
-                for definition in [&checked.definitions[0], &check::elaborate(&file, "f")] {
+                for definition in
+                    [&checked.definitions[0], &check::elaborate(&file, "f", &Specialization::default())]
+                {
                     for x in outputs(definition, seed) {
                         assert!(x.abs() < 1e-12, "{left} is not {right}: {x}");
                     }

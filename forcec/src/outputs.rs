@@ -1,0 +1,234 @@
+//! What a kernel may compute: its results, as a table.
+//!
+//! A result is a row: its name in the source and in the output struct, what it is, and what its rows and columns count.
+//! Kernels compute any choice of them, in the order of the table.
+
+use crate::bodies::Signature;
+use std::fmt;
+use std::ops::Range;
+
+/// One of the results of a kernel.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Part {
+    /// C, or E
+    Value,
+    /// dC/dt, or dE/dt
+    Rate,
+    /// ∂C/∂X, or ∂E/∂X
+    Jacobian,
+    /// F
+    Force,
+    /// ∂F/∂X
+    Dfdx,
+    /// ∂F/∂V
+    Dfdv,
+}
+
+/// What the rows or columns of a result count.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Axis {
+    /// Rows of C; of an energy there is one.
+    Row,
+    /// Coordinates of the bodies that move.
+    Coordinate,
+}
+
+/// What is known of a result.
+#[derive(Debug)]
+pub struct PartRow {
+    /// Which it is.
+    pub part: Part,
+    /// Its field in the output struct.
+    pub name: &'static str,
+    /// What a reader calls it.
+    pub title: &'static str,
+    /// What its rows count.
+    pub rows: Axis,
+    /// What its columns count; `None` for a list.
+    pub columns: Option<Axis>,
+    /// What it is, for the generated documentation.
+    pub summary: &'static str,
+}
+
+/// Every result, in the order in which they are stored.
+pub static PARTS: [PartRow; 6] = [
+    PartRow {
+        part: Part::Value,
+        name: "value",
+        title: "C",
+        rows: Axis::Row,
+        columns: None,
+        summary: "the rows of the constraint, or the energy",
+    },
+    PartRow {
+        part: Part::Rate,
+        name: "rate",
+        title: "dC/dt",
+        rows: Axis::Row,
+        columns: None,
+        summary: "the rate of `value`",
+    },
+    PartRow {
+        part: Part::Jacobian,
+        name: "jacobian",
+        title: "J",
+        rows: Axis::Row,
+        columns: Some(Axis::Coordinate),
+        summary: "`jacobian[i][j]` is the derivative of `value[i]` along pose coordinate j",
+    },
+    PartRow {
+        part: Part::Force,
+        name: "force",
+        title: "F",
+        rows: Axis::Coordinate,
+        columns: None,
+        summary: "generalised force F, in argument order",
+    },
+    PartRow {
+        part: Part::Dfdx,
+        name: "dfdx",
+        title: "dF/dX",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        summary: "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j",
+    },
+    PartRow {
+        part: Part::Dfdv,
+        name: "dfdv",
+        title: "dF/dV",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        summary: "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j",
+    },
+];
+
+impl Part {
+    /// What kernels compute unless told otherwise.
+    pub const DEFAULT: [Part; 3] = [Part::Force, Part::Dfdx, Part::Dfdv];
+
+    /// What may be asked for, and what it stands for: `value` is C with its rate.
+    pub const CHOICES: [(&'static str, &'static [Part]); 5] = [
+        ("value", &[Part::Value, Part::Rate]),
+        ("jacobian", &[Part::Jacobian]),
+        ("force", &[Part::Force]),
+        ("dfdx", &[Part::Dfdx]),
+        ("dfdv", &[Part::Dfdv]),
+    ];
+
+    /// The results that were asked for by name, in the order of the table; or the first name that is none.
+    pub fn chosen<'n>(names: impl IntoIterator<Item = &'n str>) -> Result<Vec<Part>, &'n str> {
+        let mut parts = Vec::new();
+        for name in names {
+            let (_, found) = Part::CHOICES.iter().find(|(own, _)| *own == name).ok_or(name)?;
+            parts.extend_from_slice(found);
+        }
+        parts.sort_unstable();
+        parts.dedup();
+        Ok(parts)
+    }
+
+    /// Its row.
+    pub fn row(self) -> &'static PartRow {
+        &PARTS[self as usize]
+    }
+
+    /// Its field in the output struct.
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// What a reader calls it.
+    pub fn title(self) -> &'static str {
+        self.row().title
+    }
+
+    /// How many rows and columns it has; a list has one column.
+    pub fn shape(self, signature: &Signature) -> (usize, usize) {
+        let length = |axis: Axis| match axis {
+            Axis::Row => signature.rows,
+            Axis::Coordinate => signature.freedoms(),
+        };
+        (length(self.row().rows), self.row().columns.map_or(1, length))
+    }
+
+    /// How many entries it has.
+    pub fn length(self, signature: &Signature) -> usize {
+        let (rows, columns) = self.shape(signature);
+        rows * columns
+    }
+
+    /// Whether it is a list and no matrix.
+    pub fn is_list(self) -> bool {
+        self.row().columns.is_none()
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// One entry of the results.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Output {
+    /// Which result.
+    pub part: Part,
+    /// Its row: the coordinate of a force.
+    pub row: usize,
+    /// Its column: the coordinate it is differentiated by; 0 in a list.
+    pub column: usize,
+}
+
+impl Output {
+    /// An entry.
+    pub fn new(part: Part, row: usize, column: usize) -> Output {
+        Output { part, row, column }
+    }
+
+    /// What a person calls it: `dfdx[a.ry][b.x]`, `jacobian[2][b.x]`.
+    pub fn named(self, signature: &Signature) -> String {
+        let label = |axis: Axis, index: usize| span(axis, &(index..index + 1), signature);
+        let row = self.part.row();
+        let column = row.columns.map_or_else(String::new, |axis| format!("[{}]", label(axis, self.column)));
+        format!("{}[{}]{column}", row.name, label(row.rows, self.row))
+    }
+}
+
+/// What a person calls rows or columns of a result: `a.x .. a.rz`, `0 .. 2`.
+pub fn span(axis: Axis, range: &Range<usize>, signature: &Signature) -> String {
+    let coordinates = signature.coordinate_names();
+    let label = |index: usize| match axis {
+        Axis::Row => index.to_string(),
+        Axis::Coordinate => coordinates[index].clone(),
+    };
+    match range.len() {
+        1 => label(range.start),
+        _ => format!("{} .. {}", label(range.start), label(range.end - 1)),
+    }
+}
+
+/// The entries of one result, row by row.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Array<T> {
+    /// Which result.
+    pub part: Part,
+    /// How many columns it has; one if it is a list.
+    pub columns: usize,
+    /// Its entries.
+    pub entries: Vec<T>,
+}
+
+impl<T> Array<T> {
+    /// Its entries with their places.
+    pub fn outputs(&self) -> impl Iterator<Item = (Output, &T)> {
+        let (part, columns) = (self.part, self.columns.max(1));
+        let place = move |(k, entry)| (Output::new(part, k / columns, k % columns), entry);
+        self.entries.iter().enumerate().map(place)
+    }
+
+    /// Its rows.
+    pub fn rows(&self) -> impl Iterator<Item = &[T]> {
+        self.entries.chunks(self.columns.max(1))
+    }
+}

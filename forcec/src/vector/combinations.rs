@@ -1,0 +1,146 @@
+//! Combinations of few vectors with weights that no body moves: the columns of a deformation gradient F = E W.
+//!
+//! In: vectors. Out: for a triple product det(E W) = det E det W, for a sum of squares tr FᵀF = Σ (W Wᵀ)ₐᵦ eₐ·eᵦ, so that
+//! both are differentiated along the edges and not through every column. Promise: only what is weighted is multiplied
+//! out. A weight rounds its term anyway, so that nothing is lost which was exact.
+
+use super::{Graph, Node, Real, Vector};
+use crate::exact::Exact;
+use std::collections::BTreeMap;
+
+/// Σ weight · vector, the weight of each vector a sum of coefficients times reals.
+type Combination = BTreeMap<Vector, Vec<(Exact, Real)>>;
+
+/// Combinations of more vectors are left as they are: three span the space.
+const SPAN: usize = 3;
+
+/// A weight that is made of more nodes than this is not looked through.
+const LARGEST_WEIGHT: usize = 64;
+
+impl Graph {
+    /// u·(v×w) of weighted combinations of three vectors as the determinant of the weights times a triple product.
+    pub(super) fn determinant_of_product(&mut self, u: Vector, v: Vector, w: Vector) -> Option<Real> {
+        let columns = [self.combination(u)?, self.combination(v)?, self.combination(w)?];
+        if columns.iter().filter(|column| column.len() > 1).count() < 2 {
+            return None;
+        }
+        let basis = span(&columns)?;
+        let &[x, y, z] = basis.as_slice() else { return Some(self.zero()) };
+        let weights = columns.map(|column| [x, y, z].map(|vector| self.weight(&column, vector)));
+        let mut terms = Vec::new();
+        for (i, j, k) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+            let first = self.mul(weights[1][j], weights[2][k]);
+            let second = self.mul(weights[1][k], weights[2][j]);
+            let minor = self.sub(first, second);
+            terms.push((Exact::ONE, self.mul(weights[0][i], minor)));
+        }
+        let weight = self.sum(Exact::ZERO, terms);
+        let cross = self.cross(y, z);
+        let volume = self.dot(x, cross);
+        Some(self.mul(weight, volume))
+    }
+
+    /// The terms of a sum, the products of weighted combinations among them multiplied out into products of the vectors
+    /// they combine, if there are as many as those vectors: the weights then meet in one matrix.
+    pub(super) fn gather_products(&mut self, terms: Vec<(Exact, Real)>) -> Vec<(Exact, Real)> {
+        let is_product = |(_, term): &(Exact, Real)| matches!(self.at(*term), Node::Dot(..));
+        if terms.iter().filter(|term| is_product(term)).nth(1).is_none() {
+            return terms;
+        }
+        let mut rest = Vec::new();
+        let mut products = Vec::new();
+        for (c, term) in &terms {
+            let Node::Dot(u, v) = *self.at(*term) else {
+                rest.push((c.clone(), *term));
+                continue;
+            };
+            match (self.combination(u), self.combination(v)) {
+                (Some(left), Some(right)) if left.len() > 1 && right.len() > 1 => {
+                    products.push((c, left, right))
+                }
+                _ => rest.push((c.clone(), *term)),
+            }
+        }
+        let columns: Vec<Combination> =
+            products.iter().flat_map(|(_, left, right)| [left.clone(), right.clone()]).collect();
+        match span(&columns) {
+            Some(basis) if basis.len() <= products.len() => {}
+            _ => return terms,
+        }
+        let mut weights: BTreeMap<(Vector, Vector), Vec<(Exact, Real)>> = BTreeMap::new();
+        for (c, left, right) in products {
+            for &x in left.keys() {
+                for &y in right.keys() {
+                    let (first, second) = (self.weight(&left, x), self.weight(&right, y));
+                    let weight = self.mul(first, second);
+                    weights.entry((x.min(y), x.max(y))).or_default().push((c.clone(), weight));
+                }
+            }
+        }
+        for ((x, y), weight) in weights {
+            let weight = self.sum(Exact::ZERO, weight);
+            let dot = self.dot(x, y);
+            rest.push((Exact::ONE, self.mul(weight, dot)));
+        }
+        rest
+    }
+
+    /// A vector as a combination of vectors with fixed weights, none of which is a number; lets are looked through.
+    fn combination(&self, v: Vector) -> Option<Combination> {
+        let mut combination = Combination::new();
+        let mut open = vec![(Exact::ONE, None, v)];
+        while let Some((c, weight, v)) = open.pop() {
+            match (self.vector_at(v), weight) {
+                (Node::VectorLet(inner), _) => open.push((c, weight, *inner)),
+                (Node::VectorSum(terms), None) if terms.len() <= SPAN => {
+                    open.extend(terms.iter().map(|(d, v)| (&c * d, None, *v)));
+                }
+                (Node::Scale(s, inner), None) if self.is_fixed(*s) => open.push((c, Some(*s), *inner)),
+                (_, Some(weight)) => combination.entry(v).or_default().push((c, weight)),
+                _ => return None,
+            }
+        }
+        (combination.len() <= SPAN).then_some(combination)
+    }
+
+    fn weight(&mut self, combination: &Combination, v: Vector) -> Real {
+        self.sum(Exact::ZERO, combination.get(&v).cloned().unwrap_or_default())
+    }
+
+    /// Whether a real is made of parameters and numbers alone, and of few of them.
+    fn is_fixed(&self, real: Real) -> bool {
+        let mut open = vec![real.index()];
+        let mut seen = 0;
+        while let Some(index) = open.pop() {
+            seen += 1;
+            let node = self.node(index);
+            match *node {
+                Node::Entry(slot) | Node::Triple(slot) if self.signature.role(slot).is_none() => {}
+                Node::Constant(_)
+                | Node::Sum(..)
+                | Node::Product(_)
+                | Node::Dot(..)
+                | Node::Component(..)
+                | Node::Let(_)
+                | Node::VectorSum(_)
+                | Node::Scale(..)
+                | Node::Cross(..)
+                | Node::Pack(_)
+                | Node::VectorLet(_) => open.extend(node.operands().into_iter().map(|x| x as usize)),
+                _ => return false,
+            }
+            if seen > LARGEST_WEIGHT {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// The vectors that combinations combine, if they are few.
+fn span(columns: &[Combination]) -> Option<Vec<Vector>> {
+    let mut basis: Vec<Vector> = columns.iter().flat_map(BTreeMap::keys).copied().collect();
+    basis.sort();
+    basis.dedup();
+    (basis.len() <= SPAN).then_some(basis)
+}

@@ -1,0 +1,102 @@
+//! Kernels of other results than F and its two derivatives, against the mathematics of their source.
+//!
+//! In: a function and a program that computes any choice of results. Out: a [`Report`] of their entries at the states of a
+//! check, against the exact oracle. Differences and invariants are left to the check of the whole kernel.
+
+use super::layout::Layout;
+use super::oracle::Oracle;
+use super::report::{Comparison, Coverage, Differences, Entry, Report, ratio};
+use super::states::{Family, Random, draw};
+use super::tape::Tape;
+use super::{CheckOptions, Subject, input_errors, seed};
+use crate::outputs::Array;
+use crate::scalar::Id;
+
+/// Checks every result that the program computes.
+pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
+    let program = subject.program;
+    let layout = Layout::new(&program.signature);
+    let oracle = Oracle::new(subject.source, &layout);
+    let outputs: Vec<Id> = program.outputs().collect();
+    let tape = Tape::new(program, &layout, &outputs);
+    let empty = |array: &Array<Id>| Comparison {
+        array: array.part,
+        entries: 0,
+        failures: 0,
+        relative: Family::ALL.map(|family| (family, None)).to_vec(),
+        worst: None,
+        sharp: 0,
+    };
+    let mut comparisons: Vec<Comparison> = program.arrays.iter().map(empty).collect();
+    let mut coverage = Vec::new();
+    for family in Family::ALL {
+        let mut states = Coverage { family, checked: 0, singular: 0, active: 0, unresolved: 0 };
+        let mut number = 0;
+        while states.checked < options.states && states.checked + states.singular < 10 * options.states {
+            number += 1;
+            let mut random = Random::new(seed(options.seed, family, number));
+            let state = draw(&layout, oracle.is_constraint(), family, states.checked, &mut random);
+            let exact = oracle.unit_point(&state).and_then(|point| {
+                let noise = point.noise;
+                let arrays: Result<Vec<_>, _> =
+                    program.arrays.iter().map(|array| point.part(array.part)).collect();
+                Ok((noise, arrays?))
+            });
+            let Ok((noise, exact)) = exact else {
+                states.singular += 1;
+                continue;
+            };
+            states.checked += 1;
+            let computed = tape.bounds(&state.values, &input_errors(&layout, &state.values));
+            let mut computed = computed.as_slice();
+            for ((array, exact), comparison) in program.arrays.iter().zip(exact).zip(&mut comparisons) {
+                let (entries, rest) = computed.split_at(exact.len());
+                computed = rest;
+                let largest = exact.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+                // As in the check of the whole kernel: truncation of the oracle's quotients.
+                let slack = noise + largest * 2f64.powi(-60);
+                let mut furthest = 0.0f64;
+                for (((place, _), exact), entry) in array.outputs().zip(&exact).zip(entries) {
+                    let error = (exact.clone() - super::big::Big::from_f64(entry.value)).to_f64().abs();
+                    let error = if error.is_finite() { error } else { f64::INFINITY };
+                    let tolerance = entry.error * 1.001 + slack;
+                    furthest = furthest.max(if error <= slack { 0.0 } else { error });
+                    comparison.entries += 1;
+                    comparison.failures += usize::from(error.is_infinite() || error > tolerance);
+                    let worst = comparison.worst.as_ref().map_or(-1.0, Entry::ratio);
+                    if ratio(error, tolerance) > worst {
+                        comparison.worst = Some(Entry {
+                            name: place.named(&layout.signature),
+                            expected: exact.to_f64(),
+                            computed: entry.value,
+                            error,
+                            tolerance,
+                            family,
+                            inputs: layout.inputs(&state.values),
+                        });
+                    }
+                }
+                if largest > 0.0 && furthest.is_finite() {
+                    let of_family = &mut comparison.relative[family as usize].1;
+                    *of_family = Some(of_family.unwrap_or(0.0f64).max(furthest / largest));
+                }
+            }
+        }
+        coverage.push(states);
+    }
+    let mut problems = Vec::new();
+    if !coverage.iter().any(Coverage::is_covered) {
+        problems.push("no family has regular states: nothing was checked".to_owned());
+    }
+    let passed = problems.is_empty() && comparisons.iter().all(|comparison| comparison.failures == 0);
+    Report {
+        kernel: subject.source.name.clone(),
+        seed: options.seed,
+        coverage,
+        comparisons,
+        differences: Differences::default(),
+        invariants: Vec::new(),
+        problems,
+        passed,
+    }
+}

@@ -1,0 +1,127 @@
+//! What is known while compiling changes what is computed, not its values: of every library function each body is fixed in
+//! turn, and each parameter set to a value; the entries that are left are those of the general kernel.
+
+use forcec::bodies::Signature;
+use forcec::compile::{Request, Stages, compile_file};
+use forcec::exact::Exact;
+use forcec::span::Source;
+use forcec::verify::probe::Probe;
+use forcec::verify::{Family, Subject};
+use forcec::{Specialization, syntax};
+use forcec_tests::{ForceFile, library, parallel};
+
+fn subject(function: &Stages) -> Subject<'_> {
+    Subject { source: &function.source, program: &function.program }
+}
+
+/// Every way to know one thing: a body of several, or a parameter, whose value is taken from a state.
+fn ways(signature: &Signature, state: &[f64]) -> Vec<Specialization> {
+    let mut ways = Vec::new();
+    if signature.bodies.len() > 1 {
+        for body in &signature.bodies {
+            ways.push(Specialization { fixed: vec![body.name.clone()], ..Specialization::default() });
+        }
+    }
+    let stored =
+        |body: &forcec::bodies::Body| body.kind.row().fields.iter().map(|f| f.length as usize).sum::<usize>();
+    let mut at: usize = signature.bodies.iter().map(stored).sum();
+    for parameter in &signature.parameters {
+        let length = parameter.ty.length() as usize;
+        let value = state[at..at + length].iter().map(|x| Exact::from_f64(*x).unwrap()).collect();
+        ways.push(Specialization { set: vec![(parameter.name.clone(), value)], ..Specialization::default() });
+        at += length;
+    }
+    ways
+}
+
+/// How far the entries of the special kernel are from those of the general one, relative to the largest of their array.
+fn furthest(general: &Stages, special: &Stages, states: usize) -> f64 {
+    let subjects = [subject(general), subject(special)];
+    let [general, special] = [Probe::new(&subjects[0]), Probe::new(&subjects[1])];
+    let signature = &subjects[1].program.signature;
+    let mut moves = Vec::new();
+    for body in &signature.bodies {
+        moves.extend(std::iter::repeat_n(!body.fixed, body.kind.freedoms()));
+    }
+    let n = moves.len();
+    let kept: Vec<usize> = (0..n).filter(|k| moves[*k]).collect();
+    let kept = kept.as_slice();
+    let mut furthest = 0.0f64;
+    for index in 0..states {
+        let inputs = special.draw(Family::Random, 7, index);
+        let (all, some) = (general.program(&inputs), special.program(&inputs));
+        let rows = kept.iter().copied();
+        let block = |start: usize| kept.iter().flat_map(move |r| kept.iter().map(move |c| start + r * n + c));
+        let entries = rows.chain(block(n)).chain(block(n + n * n));
+        let expected: Vec<f64> = entries.map(|entry| all[entry]).collect();
+        assert_eq!(expected.len(), some.len());
+        let size = expected.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        for (x, y) in expected.iter().zip(&some) {
+            if x.is_finite() && size > 0.0 {
+                furthest = furthest.max((x - y).abs() / size);
+            }
+        }
+    }
+    furthest
+}
+
+/// Every function of a file, specialised in every way: what differs from the general kernel.
+fn differences(file: &ForceFile) -> Vec<String> {
+    let mut differences = Vec::new();
+    let tree = syntax::parse(&file.compiled.source).expect("the library parses");
+    for general in &file.compiled.functions {
+        let name = &general.definition.name;
+        let subject = subject(general);
+        let state = Probe::new(&subject).draw(Family::Random, 3, 0);
+        for known in ways(&general.program.signature, &state) {
+            let compiled = compile_file(
+                &tree,
+                &|wanted| wanted == name,
+                Request { known: known.clone(), ..Request::default() },
+            );
+            let compiled = compiled.unwrap_or_else(|errors| panic!("{name}, {known:?}:\n{errors}"));
+            let special = &compiled.functions[0];
+            let apart = furthest(general, special, 3);
+            // All of it is computed in 320 bits and rounded once.
+            if apart > 1e-14 {
+                differences.push(format!("{name}, {known:?}: {apart:e}"));
+            }
+            let (all, fewer) = (general.kernel.schedule.operations(), special.kernel.schedule.operations());
+            // Reactions and the last node's blocks cost nothing, so that little may be saved; the search may be unlucky.
+            if 20 * fewer.total() > 21 * all.total() {
+                differences.push(format!(
+                    "{name}, {known:?}: {} of {} operations",
+                    fewer.total(),
+                    all.total()
+                ));
+            }
+        }
+    }
+    differences
+}
+
+#[test]
+fn special_kernels_are_parts_of_the_general_ones() {
+    let differences: Vec<String> =
+        parallel(library(), |file| differences(&file)).into_iter().flatten().collect();
+    assert!(differences.is_empty(), "{differences:#?}");
+}
+
+#[test]
+fn what_is_known_is_no_argument() {
+    let text = "#[constraint] fn rope(p: Particle, q: Particle, length: Real, at: Vec3) -> Real { \
+                (p.position + at - q.position).norm_squared() - length }";
+    let tree = syntax::parse(&Source::new("rope.rs", text)).unwrap();
+    let known = Specialization {
+        fixed: vec!["q".to_owned()],
+        set: [("at", "at=[0, 0, 1]"), ("damping", "damping=0")]
+            .map(|(_, text)| Specialization::parse_value(text).unwrap())
+            .to_vec(),
+    };
+    let compiled = compile_file(&tree, &|_| true, Request { known, ..Request::default() }).unwrap();
+    let kernel = &compiled.functions[0].kernel;
+    assert_eq!(kernel.name, "rope_fixed_q_set_at_damping");
+    let parameters = kernel.schedule.signature.given().map(|(_, parameter)| parameter.name.as_str());
+    assert_eq!(parameters.collect::<Vec<_>>(), ["length", "stiffness"]);
+    assert_eq!(kernel.schedule.signature.freedoms(), 3);
+}
