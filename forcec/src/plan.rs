@@ -106,8 +106,8 @@ pub struct Plan {
     pub mode: Mode,
     /// Whether products that are added are written as fused multiplications and additions.
     pub fma: bool,
-    /// Which passes of the optimiser run, a bit each.
-    pub(crate) passes: u32,
+    /// Which of the passes of [`crate::optimize::PASSES`] run, a bit each.
+    pub passes: u32,
 }
 
 impl Default for Plan {

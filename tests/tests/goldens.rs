@@ -10,11 +10,12 @@
 //!
 //! and read the difference. Without the variable nothing is ever written (`.cargo/config.toml`), and what differs fails.
 
+use forcec::Plan;
 use forcec::compile::{Compiled, Stages, compile};
 use forcec::derive::derive;
 use forcec::formula::Dialect;
 use forcec::kernel::{File, Precision, Target};
-use forcec::optimize::{LOWER, PASSES, Plan};
+use forcec::optimize::{LOWER, PASSES};
 use forcec::span::Source;
 use forcec::{targets, text};
 use std::collections::BTreeSet;

@@ -3,10 +3,11 @@
 //! Programs come from a small grammar over two bodies, with every kind of parameter, law and statement, and functions only
 //! where they are smooth. `PROPTEST_CASES` raises their number.
 
+use forcec::Plan;
 use forcec::bodies::Role;
 use forcec::compile::compile;
 use forcec::kernel::{File, Precision, Target};
-use forcec::optimize::{LOWER, PASSES, Plan};
+use forcec::optimize::{LOWER, PASSES};
 use forcec::scalar::{Node, Program};
 use forcec::span::Source;
 use forcec::targets;

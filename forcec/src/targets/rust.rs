@@ -393,6 +393,18 @@ impl Rust<'_> {
     }
 
     fn assign(&self, left: &str, value: &str) -> Vec<String> {
+        /// rustfmt's `fn_call_width`.
+        const CALL: usize = 60;
+        let call = format!("{}::mul_add(", self.precision);
+        let arguments = value.strip_prefix(&call).and_then(|rest| rest.strip_suffix(')'));
+        // Names and signs alone, so that what stands between commas is an argument.
+        let plain = |arguments: &&str| !arguments.contains('(') && arguments.len() > CALL;
+        if let Some(arguments) = arguments.filter(plain) {
+            let mut lines = vec![format!("{left} = {call}")];
+            lines.extend(arguments.split(", ").map(|argument| format!("    {argument},")));
+            lines.push(");".to_owned());
+            return lines;
+        }
         let line = format!("{left} = {value};");
         if self.indent + line.len() <= WIDTH {
             return vec![line];

@@ -381,7 +381,7 @@ fn the_same_program_makes_the_same_text() {
 #[test]
 fn schedules_read_like_this() {
     for (name, program) in [("spring", programs::spring()), ("rows", programs::rows())] {
-        let text = schedule(&program).to_string();
+        let text = schedule(&program, Style::default()).to_string();
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/backend/{name}.schedule"));
         if std::env::var_os("UPDATE").is_some() {
             std::fs::write(&path, &text).unwrap();
