@@ -30,14 +30,18 @@ pub fn compile_all(source: &Source) -> Compiled {
     }
 }
 
+/// Every helper takes all parameters, so that their number times the calls is the work of the front end.
+const MOST_PARAMETERS: usize = 200;
+
 /// Helper functions that call each other, ten in a row, and an energy that adds up what they make of a particle's
 /// position and of a parameter each: a force file whose kernel grows in proportion to `links`, about 46 nodes a link.
 pub fn chain(links: usize) -> Source {
-    let parameters = (links / 4).max(1);
+    let parameters = (links / 4).clamp(1, MOST_PARAMETERS);
     let mut text = String::from("//! Chains of helper functions.\n\n");
     let mut energy = String::from("0.0");
     for k in 0..links {
-        let (c, d) = (k % 7 + 2, k % 5 + 3);
+        // No two links are the same.
+        let (c, d) = (k / parameters + 2, k % 5 + 3);
         let before = if k % 10 == 0 { "0.0".to_owned() } else { format!("link_{}(x, s)", k - 1) };
         let _ = writeln!(
             text,
