@@ -44,7 +44,14 @@ impl<R: RealField + Copy> Blocks<R> {
 
 impl<R: RealField + Copy> Default for System<R> {
     fn default() -> System<R> {
-        System::new(Vec::new()).0
+        System {
+            start: Vec::new(),
+            later: Vec::new(),
+            matrix: Blocks::zeros(0, 0),
+            factors: Blocks::zeros(0, 0),
+            rhs: Vec::new(),
+            work: Vec::new(),
+        }
     }
 }
 

