@@ -1,7 +1,7 @@
 //! Steps of a world through time.
 //!
 //! Every method solves (M − hγ D − (hγ)² K) δ = b with K = ∂f/∂x and D = ∂f/∂v. Among the forces is the gyroscopic torque
-//! −ω × Iω with its derivatives; the rotational diagonal block of K carries the inertia term [τ]× − I[α]×, since the
+//! −ω × Iω with its derivatives; the rotational diagonal block of K carries the inertia term `[τ]× − I [α]×`, since the
 //! inertia turns with the body: τ is the whole torque, α = I⁻¹τ. Rotations are advanced by the exponential map.
 //!
 //! A step is accepted if the solution is finite and the residual small; else the state is restored and the time is
