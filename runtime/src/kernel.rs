@@ -35,13 +35,13 @@ pub struct Bodies<'a, R: RealField> {
 }
 
 /// A kernel: a force and its derivatives as a function of bodies and parameters.
-pub trait Kernel: Clone + Default {
+pub trait Kernel: Clone + Default + Send + 'static {
     /// The precision it computes in.
     type Real: RealField + Copy;
     /// Its parameters; `()` if it has none.
-    type Params: Clone;
+    type Params: Clone + Send + 'static;
     /// An index for each body, `[usize; n]`.
-    type Indices: Copy + AsRef<[usize]>;
+    type Indices: Copy + Default + AsRef<[usize]> + AsMut<[usize]> + Send + 'static;
     /// The name of its force function.
     const NAME: &'static str;
     /// The types of its bodies, in argument order.

@@ -30,14 +30,22 @@
 //! Without default features this crate has no macros and never builds the compiler; kernels then come from
 //! `forcec build --target rust` or from a build script.
 
+mod batch;
 pub mod bodies;
+pub mod error;
 pub mod functions;
 pub mod kernel;
 pub mod prelude;
 pub mod prelude_f32;
+pub mod step;
+mod system;
+pub mod world;
 
 pub use bodies::{Particle, ParticleF32, Rigid, RigidF32, Wrench};
+pub use error::Error;
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
 pub use kernel::{Bodies, BodyKind, Kernel, Parameters};
 pub use nalgebra;
+pub use step::{Integrator, StepReport};
+pub use world::{Body, Force, Motion, World};
