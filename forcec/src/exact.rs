@@ -112,6 +112,14 @@ impl Exact {
         }
     }
 
+    /// The size of a number as a quotient of two whole numbers that are the same in every precision, if it is one.
+    pub(crate) fn whole(&self) -> Option<(Exact, Exact)> {
+        const MOST: i64 = 1 << 24;
+        let (over, under) = self.abs().parts();
+        let small = |text: String| text.parse::<i64>().ok().filter(|n| *n < MOST).map(Exact::from);
+        Some((small(over)?, small(under)?))
+    }
+
     /// |x|
     pub fn abs(&self) -> Exact {
         if self.is_negative() { -self } else { self.clone() }

@@ -39,7 +39,7 @@ const PIPELINE: [(&str, &[&str]); 15] = [
     ("library", &["kernel", "targets", "compile"]),
     ("expand", &["syntax", "kernel", "targets", "compile"]),
     ("files", &["syntax", "kernel", "targets", "compile"]),
-    ("build", &["kernel", "files"]),
+    ("build", &["kernel", "compile", "files"]),
     (
         "cli",
         &[

@@ -77,7 +77,7 @@ fn shared_rotations(derived: &Derived) -> BTreeSet<Slot> {
 }
 
 #[derive(Clone, Copy)]
-enum Lowered {
+pub(super) enum Lowered {
     Real(Id),
     Vector([Id; 3]),
 }
@@ -87,10 +87,10 @@ enum Added {
     Dense(Vector, Variable),
 }
 
-struct Lowering {
-    lie: Lie,
-    scalar: scalar::Graph,
-    lowered: FxHashMap<u32, Lowered>,
+pub(super) struct Lowering {
+    pub(super) lie: Lie,
+    pub(super) scalar: scalar::Graph,
+    pub(super) lowered: FxHashMap<u32, Lowered>,
     dense: FxHashMap<(Vector, Variable), Dense>,
     /// What was added to `lowered` and to `dense`, in order, so that an attempt can be undone.
     journal: Vec<Added>,
@@ -100,7 +100,7 @@ struct Lowering {
 }
 
 impl Lowering {
-    fn real(&mut self, x: Real) -> Id {
+    pub(super) fn real(&mut self, x: Real) -> Id {
         self.prepare(x.0);
         self.id(x.0)
     }
@@ -122,36 +122,6 @@ impl Lowering {
             Lowered::Vector(entries) => entries,
             Lowered::Real(_) => unreachable!("a vector is three scalars"),
         }
-    }
-
-    /// Where digits are lost: in the rows of a constraint and their rates; of an energy or a force in every sum that
-    /// its author wrote, in dot and in cross products, as far as forces are made of them.
-    fn residual(
-        &mut self,
-        rows: &[(Real, Real)],
-        forces: &[(crate::bodies::Block, Combination<Vector>)],
-        stated: usize,
-    ) -> Vec<Id> {
-        let mut lost: Vec<Id> = rows.iter().flat_map(|(c, rate)| [*c, *rate]).map(|x| self.real(x)).collect();
-        if rows.is_empty() {
-            let mut open: Vec<u32> = forces.iter().flat_map(|(_, v)| v.iter().map(|(_, v)| v.0)).collect();
-            let mut seen = BTreeSet::new();
-            while let Some(index) = open.pop() {
-                if !seen.insert(index) {
-                    continue;
-                }
-                let node = self.lie.graph.node(index as usize);
-                open.extend(node.operands());
-                let cancels =
-                    matches!(node, Node::Sum(..) | Node::VectorSum(_) | Node::Dot(..) | Node::Cross(..));
-                match self.lowered.get(&index) {
-                    Some(Lowered::Real(id)) if cancels && (index as usize) < stated => lost.push(*id),
-                    Some(Lowered::Vector(ids)) if cancels && (index as usize) < stated => lost.extend(ids),
-                    _ => {}
-                }
-            }
-        }
-        lost.into_iter().map(|id| self.scalar.split(id).1).collect()
     }
 
     fn prepare(&mut self, root: u32) {

@@ -10,6 +10,7 @@ pub mod lower;
 pub mod network;
 pub mod polynomial;
 mod reciprocals;
+mod residual;
 pub mod resubstitute;
 pub mod search;
 
@@ -184,7 +185,8 @@ pub fn optimize(derive: impl Fn(Formulation) -> Derived, plan: Plan) -> Optimize
     };
     let mut candidates = vec![factored(FORMULATIONS[0])];
     let lowered = candidates[0].report[0];
-    if plan.passes().any(|pass| matches!(pass.work, Work::Choose)) {
+    // The first formulation is the shortest way from what is computed in doubled precision to the force.
+    if plan.mode != Mode::Accurate && plan.passes().any(|pass| matches!(pass.work, Work::Choose)) {
         let tried = effort.formulations(lowered.operations.total());
         for formulation in &FORMULATIONS[1..tried] {
             let candidate = factored(*formulation);

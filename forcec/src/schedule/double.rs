@@ -41,9 +41,6 @@ impl Edge {
     }
 }
 
-/// Whole numbers up to this size are the same in every precision.
-const EXACT: i64 = 1 << 24;
-
 impl Lowering<'_> {
     /// A marked node as a pair, and as the item that others read.
     pub(super) fn doubled(&mut self, id: Id, node: &Node) -> ItemId {
@@ -112,7 +109,7 @@ impl Lowering<'_> {
             Some(pair) => *pair,
             None => Pair { high: Edge::of(self.item(id)), low: None },
         };
-        let scaled = match (coefficient.is_unit(), whole(coefficient)) {
+        let scaled = match (coefficient.is_unit(), coefficient.whole()) {
             (true, _) => pair,
             // A power of two loses nothing.
             (_, Some((over, under))) if [&over, &under].iter().all(|n| is_power_of_two(n)) => {
@@ -239,11 +236,4 @@ impl Lowering<'_> {
 
 fn is_power_of_two(number: &Exact) -> bool {
     number.to_i64().is_some_and(|n| n > 0 && n & (n - 1) == 0)
-}
-
-/// The size of a number as a quotient of two that every precision has, if it is one.
-pub(crate) fn whole(number: &Exact) -> Option<(Exact, Exact)> {
-    let (over, under) = number.abs().parts();
-    let small = |text: String| text.parse::<i64>().ok().filter(|n| *n < EXACT).map(Exact::from);
-    Some((small(over)?, small(under)?))
 }

@@ -10,7 +10,6 @@ use crate::bodies::{Domain, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::scalar::{Id, Node, Program};
-use crate::schedule::double::whole;
 use crate::special;
 use crate::vector::{Comparison, Graph};
 use std::collections::BTreeMap;
@@ -119,7 +118,7 @@ impl Coefficient {
     fn new(exact: &Exact) -> Coefficient {
         let value = exact.to_f64();
         let inexact = if Exact::from_f64(value).as_ref() == Some(exact) { 0.0 } else { UNIT };
-        let rest = Exact::from_f64(value).filter(|_| whole(exact).is_some());
+        let rest = Exact::from_f64(value).filter(|_| exact.whole().is_some());
         let low = rest.map_or(0.0, |rounded| (exact - &rounded).to_f64());
         Coefficient { value, low, inexact, is_unit: exact.is_unit() }
     }
