@@ -85,9 +85,7 @@ impl Build {
 
     /// What kernels compute; F, ∂F/∂X and ∂F/∂V unless told otherwise.
     pub fn outputs(mut self, parts: &[Part]) -> Build {
-        self.request.outputs = parts.to_vec();
-        self.request.outputs.sort_unstable();
-        self.request.outputs.dedup();
+        self.request.outputs = Part::in_order(parts.to_vec());
         self
     }
 

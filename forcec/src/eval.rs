@@ -5,7 +5,7 @@
 
 use crate::bodies::Slot;
 use crate::number::Number;
-use crate::outputs::{Array, Part};
+use crate::outputs::{self, Array, Part};
 use crate::scalar::{Id, Node, Program};
 
 /// The outputs of a kernel, in the order they are stored.
@@ -20,7 +20,7 @@ impl<N> Outputs<N> {
 
     /// The entries of a result, row by row; none if it is not computed.
     pub fn part(&self, part: Part) -> &[N] {
-        self.0.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
+        outputs::entries(&self.0, part)
     }
 }
 

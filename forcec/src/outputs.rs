@@ -122,9 +122,14 @@ impl Part {
             let (_, found) = Part::CHOICES.iter().find(|(own, _)| *own == name).ok_or(name)?;
             parts.extend_from_slice(found);
         }
+        Ok(Part::in_order(parts))
+    }
+
+    /// The same results in the order of the table, each once.
+    pub fn in_order(mut parts: Vec<Part>) -> Vec<Part> {
         parts.sort_unstable();
         parts.dedup();
-        Ok(parts)
+        parts
     }
 
     /// Its row.
@@ -219,7 +224,17 @@ pub struct Array<T> {
     pub entries: Vec<T>,
 }
 
+/// The entries of a result among some, row by row; none if it is not there.
+pub fn entries<T>(arrays: &[Array<T>], part: Part) -> &[T] {
+    arrays.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
+}
+
 impl<T> Array<T> {
+    /// A result of a kernel with these arguments.
+    pub fn new(part: Part, signature: &Signature, entries: Vec<T>) -> Array<T> {
+        Array { part, columns: part.shape(signature).1, entries }
+    }
+
     /// Its entries with their places.
     pub fn outputs(&self) -> impl Iterator<Item = (Output, &T)> {
         let (part, columns) = (self.part, self.columns.max(1));

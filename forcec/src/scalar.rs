@@ -8,7 +8,7 @@
 use crate::bodies::{Signature, Slot};
 use crate::exact::{self, Exact};
 use crate::ops::{Cost, Function};
-use crate::outputs::{Array, Output, Part};
+use crate::outputs::{self, Array, Output, Part};
 use crate::vector::Comparison;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
@@ -544,15 +544,12 @@ impl Program {
 
     /// The entries of a result, row by row; none if it is not computed.
     pub fn part(&self, part: Part) -> &[Id] {
-        self.arrays.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
+        outputs::entries(&self.arrays, part)
     }
 
     /// A program all of whose outputs are one node.
     pub fn filled(signature: Signature, graph: Graph, parts: &[Part], id: Id) -> Program {
-        let array = |part: &Part| {
-            let entries = vec![id; part.length(&signature)];
-            Array { part: *part, columns: part.shape(&signature).1, entries }
-        };
+        let array = |part: &Part| Array::new(*part, &signature, vec![id; part.length(&signature)]);
         let arrays = parts.iter().map(array).collect();
         Program { signature, graph, arrays }
     }

@@ -16,11 +16,6 @@ pub struct Specialization {
 }
 
 impl Specialization {
-    /// Whether nothing is known.
-    pub fn is_empty(&self) -> bool {
-        self.fixed.is_empty() && self.set.is_empty()
-    }
-
     /// Reads `damping=0` or `arm_b=[0, 0, 0.5]`; brackets may be nested as the type is, and are not told apart.
     pub fn parse_value(text: &str) -> Result<(String, Vec<Exact>), String> {
         let wrong = || format!("`{text}` is not NAME=NUMBER or NAME=[NUMBER, …]");

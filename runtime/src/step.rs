@@ -186,9 +186,9 @@ impl<R: RealField + Copy> World<R> {
             let momentum = inertia * spin;
             let mut force = out.force[node];
             let mut rows = force.fixed_rows_mut::<3>(0);
-            rows += (self.gravity) * (mass);
+            rows += self.gravity * mass;
             let mut rows = force.fixed_rows_mut::<3>(3);
-            rows += (momentum.cross(&spin)) * (R::one());
+            rows += momentum.cross(&spin);
             out.force[node] = force;
             let block = out.system.block(node, node);
             for i in 0..3 {
@@ -208,12 +208,12 @@ impl<R: RealField + Copy> World<R> {
             let stiffness = gyroscopic + torque.cross_matrix() - inertia * (inverse * torque).cross_matrix();
             turning -= (l - w * inertia) * step + stiffness * (step * step);
             let mut rows = out.drift[node].fixed_rows_mut::<3>(3);
-            rows += (stiffness * spin) * (R::one());
+            rows += stiffness * spin;
         }
         for (index, slot) in self.slots[1].iter().enumerate() {
             let (Motion::Dynamic(mass, _), Some(node)) = (slot.motion, out.nodes[1][index]) else { continue };
             let mut rows = out.force[node].fixed_rows_mut::<3>(0);
-            rows += (self.gravity) * (mass);
+            rows += self.gravity * mass;
             let block = out.system.block(node, node);
             for i in 0..3 {
                 block[(i, i)] += mass;
@@ -235,11 +235,11 @@ impl<R: RealField + Copy> World<R> {
                 };
                 let first = self.scratch.first[node] * scale;
                 let mut rows = rhs[node].fixed_rows_mut::<3>(0);
-                rows += (first.fixed_rows::<3>(0).into_owned()) * (mass);
+                rows += first.fixed_rows::<3>(0) * mass;
                 if kind == 0 {
                     let turn = world_inertia(&self.rigid[index], inertia) * first.fixed_rows::<3>(3);
                     let mut rows = rhs[node].fixed_rows_mut::<3>(3);
-                    rows += (turn) * (R::one());
+                    rows += turn;
                 }
             }
         }

@@ -7,8 +7,9 @@
 //! kernel changes in most of its lines.
 //!
 //! Not all of these are small for the kernel: a factor that was 1 in every derivative, ½ · 2, becomes a multiplication
-//! everywhere; a name stands in every line that uses it, and one that is too long for its line cuts it elsewhere. What is asserted is what holds: of each kind of edit but one the one in the middle changes
-//! at most a tenth, of constants an eighth, and no more go beyond a tenth than do now. The test prints those that do.
+//! everywhere; a name stands in every line that uses it, and one that is too long for its line cuts it elsewhere. What is
+//! asserted is what holds: of each kind of edit but one the one in the middle changes at most a tenth, of constants an
+//! eighth, and no more go beyond a tenth than do now. The test prints those that do.
 
 use forcec::compile::compile;
 use forcec::kernel::{Precision, Target};

@@ -88,10 +88,10 @@ struct Search {
     fma: bool,
     /// Only these passes of the optimiser, in their own order
     #[arg(long, value_name = "PASS,…", value_delimiter = ',', value_parser = pass)]
-    passes: Option<Vec<String>>,
+    passes: Option<Vec<u32>>,
     /// What kernels compute, of value, jacobian, force, dfdx and dfdv; `value` is C, or E, and its rate
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', value_parser = output)]
-    outputs: Option<Vec<String>>,
+    outputs: Option<Vec<&'static [Part]>>,
     /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
     #[arg(long, value_name = "BODY")]
     fixed: Vec<String>,
@@ -102,15 +102,15 @@ struct Search {
 
 impl Search {
     fn request(&self) -> Request {
-        let plan = Plan { mode: self.mode, fma: self.fma, ..Plan::from(self.effort) };
-        let plan = match &self.passes {
-            // The parser let known names pass.
-            Some(names) => plan.with_passes(names.iter().map(String::as_str)).unwrap_or(plan),
-            None => plan,
-        };
+        let mut plan = Plan { mode: self.mode, fma: self.fma, ..Plan::from(self.effort) };
+        if let Some(passes) = &self.passes {
+            plan.passes = passes.iter().fold(0, |all, pass| all | pass);
+        }
         let known = Specialization { fixed: self.fixed.clone(), set: self.set.clone() };
-        let chosen = self.outputs.as_ref().map(|names| Part::chosen(names.iter().map(String::as_str)));
-        let outputs = chosen.and_then(Result::ok).unwrap_or_else(|| Part::DEFAULT.to_vec());
+        let outputs = match &self.outputs {
+            Some(chosen) => Part::in_order(chosen.concat()),
+            None => Part::DEFAULT.to_vec(),
+        };
         Request { plan, known, outputs }
     }
 }
@@ -120,23 +120,22 @@ fn mode(name: &str) -> Result<Mode, String> {
     Mode::named(name).ok_or_else(|| format!("the modes are {}", Mode::names()))
 }
 
-/// An output of this name.
-fn output(name: &str) -> Result<String, String> {
-    Part::chosen([name]).map(|_| name.to_owned()).map_err(|_| {
+/// What an output of this name stands for.
+fn output(name: &str) -> Result<&'static [Part], String> {
+    let found = Part::CHOICES.iter().find(|(own, _)| *own == name);
+    found.map(|(_, parts)| *parts).ok_or_else(|| {
         let names: Vec<&str> = Part::CHOICES.iter().map(|(name, _)| *name).collect();
         format!("the outputs are {}", names.join(", "))
     })
 }
 
-/// A pass of this name.
-fn pass(name: &str) -> Result<String, String> {
-    match Plan::from(Effort::Default).with_passes([name]) {
-        Ok(_) => Ok(name.to_owned()),
-        Err(_) => {
-            let names: Vec<&str> = [LOWER].into_iter().chain(PASSES.iter().map(|pass| pass.name)).collect();
-            Err(format!("the passes are {}", names.join(", ")))
-        }
-    }
+/// The pass of this name, as a plan has it.
+fn pass(name: &str) -> Result<u32, String> {
+    let plan = Plan::default().with_passes([name]);
+    plan.map(|plan| plan.passes).map_err(|_| {
+        let names: Vec<&str> = [LOWER].into_iter().chain(PASSES.iter().map(|pass| pass.name)).collect();
+        format!("the passes are {}", names.join(", "))
+    })
 }
 
 /// The effort of this name.

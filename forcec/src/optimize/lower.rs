@@ -45,7 +45,7 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
             Part::Dfdx => lowering.blocks(&derived.forces, &derived.pose, mirrored),
             Part::Dfdv => lowering.blocks(&derived.forces, &derived.velocity, None),
         };
-        arrays.push(Array { part, columns: part.shape(&signature).1, entries });
+        arrays.push(Array::new(part, &signature, entries));
     }
     let mut program = Program { signature, graph: lowering.scalar, arrays };
     let live = program.live();

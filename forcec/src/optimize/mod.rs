@@ -139,13 +139,13 @@ struct Candidate {
 
 impl Candidate {
     fn new(formulation: Formulation, derived: Derived, mode: Mode) -> Candidate {
-        let mut lowered = lower::lower(derived, mode == Mode::Accurate);
-        let mut network = Network::new(&Rc::new(lowered.clone()));
+        let mut lowered = Rc::new(lower::lower(derived, mode == Mode::Accurate));
+        let mut network = Network::new(&lowered);
         let mut report =
             vec![Step { pass: LOWER, operations: lowered.operations(), distinct: network.distinct() }];
         if mode == Mode::Fast {
-            lowered = reciprocals::share(&lowered);
-            network = Network::new(&Rc::new(lowered.clone()));
+            lowered = Rc::new(reciprocals::share(&lowered));
+            network = Network::new(&lowered);
             report.push(Step { pass: "reciprocals", operations: lowered.operations(), ..report[0] });
         }
         Candidate { formulation, network, report }

@@ -56,7 +56,7 @@ impl Schedule {
         let mut entries = outputs.into_iter();
         let mut array = |part: &Part| {
             let entries = entries.by_ref().take(length(part)).collect::<Option<_>>()?;
-            Some(Array { part: *part, columns: shape(part).1, entries })
+            Some(Array::new(*part, &self.signature, entries))
         };
         Some(Outputs(self.parts.iter().map(&mut array).collect::<Option<_>>()?))
     }

@@ -5,11 +5,10 @@
 
 use super::layout::Layout;
 use super::oracle::Oracle;
-use super::report::{Comparison, Coverage, Differences, Entry, Report, ratio};
+use super::report::{Comparison, Coverage, Differences, Report};
 use super::states::{Family, Random, draw};
 use super::tape::Tape;
-use super::{CheckOptions, Subject, input_errors, seed};
-use crate::outputs::Array;
+use super::{CheckOptions, Here, Subject, input_errors, seed};
 use crate::scalar::Id;
 
 /// Checks every result that the program computes.
@@ -19,15 +18,8 @@ pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
     let oracle = Oracle::new(subject.source, &layout);
     let outputs: Vec<Id> = program.outputs().collect();
     let tape = Tape::new(program, &layout, &outputs);
-    let empty = |array: &Array<Id>| Comparison {
-        array: array.part,
-        entries: 0,
-        failures: 0,
-        relative: Family::ALL.map(|family| (family, None)).to_vec(),
-        worst: None,
-        sharp: 0,
-    };
-    let mut comparisons: Vec<Comparison> = program.arrays.iter().map(empty).collect();
+    let mut comparisons: Vec<Comparison> =
+        program.arrays.iter().map(|array| Comparison::new(array.part)).collect();
     let mut coverage = Vec::new();
     for family in Family::ALL {
         let mut states = Coverage { family, checked: 0, singular: 0, active: 0, unresolved: 0 };
@@ -49,6 +41,7 @@ pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
             states.checked += 1;
             let computed = tape.bounds(&state.values, &input_errors(&layout, &state.values));
             let mut computed = computed.as_slice();
+            let here = Here { layout: &layout, family, state: &state };
             for ((array, exact), comparison) in program.arrays.iter().zip(exact).zip(&mut comparisons) {
                 let (entries, rest) = computed.split_at(exact.len());
                 computed = rest;
@@ -56,25 +49,9 @@ pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
                 // As in the check of the whole kernel: truncation of the oracle's quotients.
                 let slack = noise + largest * 2f64.powi(-60);
                 let mut furthest = 0.0f64;
-                for (((place, _), exact), entry) in array.outputs().zip(&exact).zip(entries) {
-                    let error = (exact.clone() - super::big::Big::from_f64(entry.value)).to_f64().abs();
-                    let error = if error.is_finite() { error } else { f64::INFINITY };
-                    let tolerance = entry.error * 1.001 + slack;
-                    furthest = furthest.max(if error <= slack { 0.0 } else { error });
-                    comparison.entries += 1;
-                    comparison.failures += usize::from(error.is_infinite() || error > tolerance);
-                    let worst = comparison.worst.as_ref().map_or(-1.0, Entry::ratio);
-                    if ratio(error, tolerance) > worst {
-                        comparison.worst = Some(Entry {
-                            name: place.named(&layout.signature),
-                            expected: exact.to_f64(),
-                            computed: entry.value,
-                            error,
-                            tolerance,
-                            family,
-                            inputs: layout.inputs(&state.values),
-                        });
-                    }
+                for (((output, _), exact), entry) in array.outputs().zip(&exact).zip(entries) {
+                    let (error, _) = here.compare(comparison, output, exact, *entry, slack);
+                    furthest = furthest.max(error);
                 }
                 if largest > 0.0 && furthest.is_finite() {
                     let of_family = &mut comparison.relative[family as usize].1;

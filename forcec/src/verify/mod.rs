@@ -82,14 +82,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     let outputs: Vec<Id> = subject.program.outputs().collect();
     let tape = Tape::new(subject.program, &layout, &outputs);
     let force = Tape::new(subject.program, &layout, subject.program.part(Part::Force));
-    let comparisons = Part::DEFAULT.map(|array| Comparison {
-        array,
-        entries: 0,
-        failures: 0,
-        relative: Family::ALL.map(|family| (family, None)).to_vec(),
-        worst: None,
-        sharp: 0,
-    });
+    let comparisons = Part::DEFAULT.map(Comparison::new);
     let largest = Part::DEFAULT.map(|_| 0.0);
     let mut checker = Checker {
         layout: &layout,
@@ -302,36 +295,15 @@ impl<'a> Checker<'a> {
         // 2⁻⁶⁰ of the largest stands for the truncation of the oracle's own quotients, which is far smaller.
         let slack = noise + largest * 2f64.powi(-60);
         let (mut widest, mut furthest) = (0.0f64, 0.0f64);
+        let here = Here { layout: self.layout, family, state };
         for (column, exact) in exact.iter().enumerate() {
             for (row, exact) in exact.iter().enumerate() {
                 let computed = kernel[row * width + column];
-                let mut error = (exact.clone() - Big::from_f64(computed.value)).to_f64().abs();
-                if !error.is_finite() {
-                    error = f64::INFINITY;
-                }
-                let tolerance = computed.error * 1.001 + slack;
-                widest = widest.max(tolerance);
-                // A kernel that returns no number has an infinite bound as well.
-                let fails = error.is_infinite() || error > tolerance;
-                furthest = furthest.max(if error <= slack { 0.0 } else { error });
-                let here = ratio(error, tolerance);
-                let comparison = &self.comparisons[place(array)];
-                let is_worst = comparison.worst.as_ref().is_none_or(|worst| here > worst.ratio());
-                let entry = is_worst.then(|| Entry {
-                    name: self.name(array, row, column),
-                    expected: exact.to_f64(),
-                    computed: computed.value,
-                    error,
-                    tolerance,
-                    family,
-                    inputs: self.layout.inputs(&state.values),
-                });
                 let comparison = &mut self.comparisons[place(array)];
-                comparison.entries += 1;
-                comparison.failures += usize::from(fails);
-                if entry.is_some() {
-                    comparison.worst = entry;
-                }
+                let output = Output::new(array, row, column);
+                let (error, tolerance) = here.compare(comparison, output, exact, computed, slack);
+                widest = widest.max(tolerance);
+                furthest = furthest.max(error);
             }
         }
         if family.is_ordinary() && widest <= SHARP * largest + slack {
@@ -436,6 +408,46 @@ impl<'a> Checker<'a> {
             problems,
             passed,
         }
+    }
+}
+
+/// Where entries are compared.
+struct Here<'a> {
+    layout: &'a Layout,
+    family: Family,
+    state: &'a State,
+}
+
+impl Here<'_> {
+    /// Compares one entry and notes what is found. Its error, zero if the slack explains it, and what else does.
+    fn compare(
+        &self,
+        comparison: &mut Comparison,
+        output: Output,
+        exact: &Big,
+        computed: Bounded,
+        slack: f64,
+    ) -> (f64, f64) {
+        let mut error = (exact.clone() - Big::from_f64(computed.value)).to_f64().abs();
+        if !error.is_finite() {
+            error = f64::INFINITY;
+        }
+        let tolerance = computed.error * 1.001 + slack;
+        comparison.entries += 1;
+        // A kernel that returns no number has an infinite bound as well.
+        comparison.failures += usize::from(error.is_infinite() || error > tolerance);
+        if comparison.worst.as_ref().is_none_or(|worst| ratio(error, tolerance) > worst.ratio()) {
+            comparison.worst = Some(Entry {
+                name: output.named(&self.layout.signature),
+                expected: exact.to_f64(),
+                computed: computed.value,
+                error,
+                tolerance,
+                family: self.family,
+                inputs: self.layout.inputs(&self.state.values),
+            });
+        }
+        (if error <= slack { 0.0 } else { error }, tolerance)
     }
 }
 

@@ -76,6 +76,12 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// Nothing compared yet.
+    pub(crate) fn new(array: Part) -> Comparison {
+        let relative = Family::ALL.map(|family| (family, None)).to_vec();
+        Comparison { array, entries: 0, failures: 0, relative, worst: None, sharp: 0 }
+    }
+
     /// The largest relative error in some families, if any state of theirs is resolved.
     pub fn relative(&self, families: impl Fn(Family) -> bool) -> Option<f64> {
         let errors = self.relative.iter().filter(|(family, _)| families(*family)).filter_map(|(_, x)| *x);
