@@ -6,10 +6,13 @@
 //! keep completing in them.
 
 use crate::Effort;
-use crate::bodies::BodyKind;
-use crate::compile::{Stages, compile, compile_file};
+use crate::bodies::{BodyKind, Signature};
+use crate::compile::{Request, Stages, compile_file};
+use crate::definition::Law;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::identifiers::{Arguments, Target};
 use crate::kernel::Precision;
+use crate::outputs::Part;
 use crate::span::{Source, Span};
 use crate::syntax::{self, ast};
 use crate::targets::rust::{kernel_module, module_name};
@@ -130,23 +133,22 @@ pub fn file(input: TokenStream) -> TokenStream {
     };
     let shown = included.path.value();
     let result = with_own_tokens(|| {
-        let compiled = compile(&Source::new(shown, text.clone()), &|_| true, Effort::Default)?;
-        let file = syntax::parse(&compiled.source)?;
-        Ok::<_, Diagnostics>((compiled, file))
+        let file = syntax::parse(&Source::new(shown, text.clone()))?;
+        Ok::<_, Diagnostics>((Functions::compile(&file)?, file))
     });
     // So that cargo builds again when the file changes.
     let path = path.to_string_lossy();
     let watched = quote!(
         const _: &[u8] = ::core::include_bytes!(#path);
     );
-    let (compiled, ast) = match result {
+    let (functions, ast) = match result {
         Ok(result) => result,
         Err(errors) => {
             let errors = errors.list.iter().map(|error| rendered(&errors.source, error, at));
             return quote!(#watched #(#errors)*);
         }
     };
-    if compiled.functions.is_empty() {
+    if functions.forces.is_empty() {
         let label = format!("`{path}` has none");
         return failed(
             "no force function",
@@ -168,7 +170,7 @@ pub fn file(input: TokenStream) -> TokenStream {
     let own = file.items.iter().map(plain);
     let docs = file.attrs.iter().filter(|attribute| attribute.path().is_ident("doc"));
     let visibilities = visibilities(&file.items);
-    let kernels = kernels(&compiled.functions, &ast, &visibilities, "forces", &included.precisions);
+    let kernels = kernels(&functions, &ast, &visibilities, "forces", &included.precisions);
     quote! {
         pub mod #name {
             #(#docs)*
@@ -295,18 +297,16 @@ fn compiled(
     let places = Places::new(tokens);
     let source = Source::new(reading.name, places.text.as_str());
     let result = syntax::from_items(source, attributes, items, |span| places.of(span))
-        .and_then(|ast| Ok((compile_file(&ast, &|_| true, Effort::Default)?, ast)));
+        .and_then(|ast| Ok((Functions::compile(&ast)?, ast)));
     match result {
-        Ok((compiled, _)) if compiled.functions.is_empty() => {
+        Ok((functions, _)) if functions.forces.is_empty() => {
             let here = proc_macro2::Span::call_site();
             let message =
                 Diagnostic::error(Span::default(), "no force function in this module", "there is none")
                     .help("mark one with `#[constraint]`, `#[energy]` or `#[force]`");
             complaint(&message, here, here)
         }
-        Ok((compiled, ast)) => {
-            kernels(&compiled.functions, &ast, &visibilities(items), reading.name, precisions)
-        }
+        Ok((functions, ast)) => kernels(&functions, &ast, &visibilities(items), reading.name, precisions),
         Err(errors) => {
             let complaints = errors.list.into_iter().map(|mut error| {
                 let (start, end) = places.ends(error.span);
@@ -325,9 +325,29 @@ fn compiled(
     }
 }
 
+/// The force functions of a file.
+struct Functions {
+    forces: Vec<Stages>,
+    /// The values of those that have one, by which a world knows its energy and its gaps.
+    values: HashMap<String, Stages>,
+}
+
+impl Functions {
+    fn compile(file: &ast::File) -> Result<Functions, Diagnostics> {
+        let forces = compile_file(file, &|_| true, Effort::Default)?.functions;
+        let has_value = |name: &str| {
+            forces.iter().any(|stages| stages.definition.name == name && stages.definition.law.rows() > 0)
+        };
+        let request = Request { outputs: vec![Part::Value], ..Request::default() };
+        let values = compile_file(file, &has_value, request)?.functions;
+        let values = values.into_iter().map(|stages| (stages.kernel.name.clone(), stages)).collect();
+        Ok(Functions { forces, values })
+    }
+}
+
 /// The modules of kernels, what ties them to the runtime, and their names where the functions stand.
 fn kernels(
-    functions: &[Stages],
+    functions: &Functions,
     ast: &ast::File,
     visibilities: &HashMap<String, syn::Visibility>,
     name: &str,
@@ -335,19 +355,22 @@ fn kernels(
 ) -> TokenStream {
     let inner = format_ident!("forcec_{}", name.trim_start_matches("r#"));
     let (mut modules, mut names) = (TokenStream::new(), TokenStream::new());
+    let mut values = TokenStream::new();
     let mut bodies: Vec<Ident> = Vec::new();
-    for function in functions {
+    let parsed = |text: String| {
+        TokenStream::from_str(&text).unwrap_or_else(|error| syn::Error::from(error).to_compile_error())
+    };
+    for function in &functions.forces {
         let kernel = &function.kernel;
         let own = ast.function(&kernel.name).and_then(|function| function.precision).map(|own| match own {
             ast::Precision::F32 => Precision::F32,
             ast::Precision::F64 => Precision::F64,
         });
         for precision in own.map_or(precisions.to_vec(), |own| vec![own]) {
-            match TokenStream::from_str(&kernel_module(kernel, precision)) {
-                Ok(tokens) => modules.extend(tokens),
-                Err(error) => modules.extend(syn::Error::from(error).to_compile_error()),
-            }
-            modules.extend(ties(function, precision));
+            let value = functions.values.get(&kernel.name);
+            modules.extend(parsed(kernel_module(kernel, precision)));
+            values.extend(value.map(|value| parsed(kernel_module(&value.kernel, precision))));
+            modules.extend(ties(function, value, precision));
             let module = format_ident!("{}", module_name(kernel, precision));
             let visibility = visibilities.get(&kernel.name);
             names.extend(quote! {
@@ -362,17 +385,27 @@ fn kernels(
             }
         }
     }
+    let values = (!values.is_empty()).then(|| {
+        quote! {
+            #[allow(dead_code, reason = "only what a world needs of them is called")]
+            mod values {
+                use super::{#(#bodies),*};
+                #values
+            }
+        }
+    });
     quote! {
         #names
         mod #inner {
             use ::forcec_runtime::{#(#bodies),*};
             #modules
+            #values
         }
     }
 }
 
 /// The implementation of the runtime's traits by a kernel.
-fn ties(function: &Stages, precision: Precision) -> TokenStream {
+fn ties(function: &Stages, value: Option<&Stages>, precision: Precision) -> TokenStream {
     let kernel = &function.kernel;
     let signature = &kernel.schedule.signature;
     let module = format_ident!("{}", module_name(kernel, precision));
@@ -383,6 +416,8 @@ fn ties(function: &Stages, precision: Precision) -> TokenStream {
         let array = format_ident!("{}", if body.kind == BodyKind::RIGID { "rigid" } else { "particles" });
         quote!(&bodies.#array[indices[#k]],)
     });
+    let measure = value.map(|value| measure(value, &arguments.clone().collect::<Vec<_>>(), precision));
+    let numbers = numbers(function, precision);
     let (params, pass, knows) = if !signature.has_given() {
         (quote!(()), quote!(), quote!())
     } else {
@@ -425,8 +460,128 @@ fn ties(function: &Stages, precision: Precision) -> TokenStream {
             fn dfdv(&self) -> &[#real] {
                 self.dfdv.as_flattened()
             }
+
+            #measure
+            #numbers
         }
         #knows
+    }
+}
+
+/// What a constraint or an energy adds to what a world measures.
+fn measure(value: &Stages, arguments: &[TokenStream], precision: Precision) -> TokenStream {
+    let signature = &value.kernel.schedule.signature;
+    let module = format_ident!("{}", module_name(&value.kernel, precision));
+    let real = format_ident!("{}", precision.name());
+    let count = signature.bodies.len();
+    let names = field_names(signature);
+    let pass =
+        signature.has_given().then(|| quote!(&values::#module::Params { #(#names: params.#names),* },));
+    let (unused, params) = if pass.is_some() {
+        (quote!(params), quote!(#module::Params))
+    } else {
+        (quote!(_params), quote!(()))
+    };
+    let result = match value.definition.law {
+        Law::Constraint { unilateral, per_row, .. } => {
+            let side = unilateral.then(|| quote!(.min(0.0)));
+            let stiffness = if per_row { quote!(params.stiffness[row]) } else { quote!(params.stiffness) };
+            let rows = if per_row { quote!((row, value)) } else { quote!(value) };
+            let each = per_row.then(|| quote!(.enumerate()));
+            quote! {
+                let mut measure = ::forcec_runtime::Measure::<#real>::default();
+                for #rows in out.value.into_iter()#each {
+                    let value: #real = value #side;
+                    measure.energy += 0.5 * #stiffness * value * value;
+                    measure.gap = measure.gap.max(value.abs());
+                }
+                measure
+            }
+        }
+        _ => quote!(::forcec_runtime::Measure { energy: out.value[0], gap: 0.0 }),
+    };
+    quote! {
+        const HAS_POTENTIAL: bool = true;
+
+        fn measure(
+            bodies: &::forcec_runtime::Bodies<'_, #real>,
+            indices: [usize; #count],
+            #unused: &#params,
+        ) -> ::forcec_runtime::Measure<#real> {
+            let mut out = values::#module::Output::default();
+            values::#module::evaluate(#(#arguments)* #pass &mut out);
+            #result
+        }
+    }
+}
+
+/// Parameters as a list of numbers and back.
+fn numbers(function: &Stages, precision: Precision) -> TokenStream {
+    let kernel = &function.kernel;
+    let signature = &kernel.schedule.signature;
+    let module = format_ident!("{}", module_name(kernel, precision));
+    let real = format_ident!("{}", precision.name());
+    if !signature.has_given() {
+        return quote! {
+            fn write_params(_params: &(), _numbers: &mut ::std::vec::Vec<#real>) {}
+
+            fn read_params(_numbers: &mut dyn ::core::iter::Iterator<Item = #real>) -> ::core::option::Option<()> {
+                ::core::option::Option::Some(())
+            }
+        };
+    }
+    let names = field_names(signature);
+    let writes = signature.given().zip(&names).map(|((_, parameter), name)| {
+        let flat = parameter.ty.extents().iter().skip(1).map(|_| quote!(.as_flattened())).collect::<Vec<_>>();
+        match parameter.ty.extents().len() {
+            0 => quote!(numbers.push(params.#name);),
+            _ => quote!(numbers.extend_from_slice((&params.#name[..]) #(#flat)*);),
+        }
+    });
+    let writes = writes.collect::<Vec<_>>();
+    let reads = signature.given().zip(&names).map(|((_, parameter), name)| {
+        let empty = parameter.ty.extents().iter().rev().fold(quote!(0.0), |inner, &n| {
+            let n = n as usize;
+            quote!([#inner; #n])
+        });
+        let flat =
+            parameter.ty.extents().iter().skip(1).map(|_| quote!(.as_flattened_mut())).collect::<Vec<_>>();
+        let fill = match parameter.ty.extents().len() {
+            0 => quote!(params.#name = numbers.next()?;),
+            _ => quote! {
+                for number in params.#name #(#flat)* .iter_mut() {
+                    *number = numbers.next()?;
+                }
+            },
+        };
+        (quote!(#name: #empty), fill)
+    });
+    let (empty, fill): (Vec<TokenStream>, Vec<TokenStream>) = reads.unzip();
+    quote! {
+        fn write_params(params: &#module::Params, numbers: &mut ::std::vec::Vec<#real>) {
+            #(#writes)*
+        }
+
+        fn read_params(
+            numbers: &mut dyn ::core::iter::Iterator<Item = #real>,
+        ) -> ::core::option::Option<#module::Params> {
+            let mut params = #module::Params { #(#empty),* };
+            #(#fill)*
+            ::core::option::Option::Some(params)
+        }
+    }
+}
+
+/// The fields of the parameters that a kernel is given.
+fn field_names(signature: &Signature) -> Vec<Ident> {
+    let names = Arguments::new(signature, Target::Rust).parameters;
+    signature.given().map(|(index, _)| identifier(&names[index])).collect()
+}
+
+fn identifier(name: &str) -> Ident {
+    match name.strip_prefix("r#") {
+        Some(raw) => Ident::new_raw(raw, proc_macro2::Span::call_site()),
+        None => format_ident!("{name}"),
     }
 }
 

@@ -1,118 +1,145 @@
 //! Forces of one kernel, side by side.
 //!
-//! A batch holds parameters and bodies of all forces of one kernel; behind the trait its type is forgotten. Assembling
-//! evaluates them one after the other and adds what they give to the system of the step.
+//! A batch holds parameters and bodies of all forces of one kernel in an island; behind the trait its type is forgotten.
+//! Assembling evaluates them one after the other and adds what they give to the system of the step.
 
-use crate::kernel::{Bodies, BodyKind, Kernel};
-use crate::system::System;
-use nalgebra::{RealField, Vector6};
+use crate::assemble::{Assembly, Local, NOWHERE};
+use crate::kernel::{Bodies, BodyKind, Kernel, Measure};
+use nalgebra::RealField;
 use std::any::Any;
 
-/// What assembly of a step adds up.
-#[derive(Clone, Debug)]
-pub(crate) struct Assembly<R: RealField> {
-    /// (M − `damping` ∂F/∂V − `stiffness` ∂F/∂X) x = …
-    pub(crate) system: System<R>,
-    /// F of each node.
-    pub(crate) force: Vec<Vector6<R>>,
-    /// ∂F/∂X v of each node.
-    pub(crate) drift: Vec<Vector6<R>>,
-    /// The node of each rigid body and each particle; none if it is not moved by forces.
-    pub(crate) nodes: [Vec<Option<usize>>; 2],
-    pub(crate) damping: R,
-    pub(crate) stiffness: R,
-}
-
-impl<R: RealField + Copy> Default for Assembly<R> {
-    fn default() -> Assembly<R> {
-        let zero = R::zero();
-        Assembly {
-            system: System::default(),
-            force: Vec::new(),
-            drift: Vec::new(),
-            nodes: [Vec::new(), Vec::new()],
-            damping: zero,
-            stiffness: zero,
-        }
-    }
+/// Where a batch adds to: particles alone take blocks of 3 × 3.
+pub(crate) enum Sums<'a, R: RealField> {
+    Three(&'a mut Assembly<R, 3>),
+    Six(&'a mut Assembly<R, 6>),
 }
 
 /// Forces of a kernel that only the batch itself knows.
 pub(crate) trait Batch<R: RealField>: Send {
-    fn assemble(&mut self, bodies: &Bodies<'_, R>, out: &mut Assembly<R>);
+    fn assemble(&mut self, bodies: &Bodies<'_, R>, out: Sums<'_, R>);
+    /// Finds anew where blocks lie.
+    fn place(&mut self, block: &dyn Fn((BodyKind, usize), (BodyKind, usize)) -> Option<usize>);
+    /// Energy of all, and the largest gap.
+    fn measure(&self, bodies: &Bodies<'_, R>) -> Measure<R>;
+    /// A batch of the same kernel without forces.
+    fn empty(&self) -> Box<dyn Batch<R>>;
+    /// Appends a copy of a force to a batch of the same kernel, its bodies renumbered.
+    fn copy_to(&self, at: usize, other: &mut dyn Batch<R>, body: &dyn Fn(BodyKind, usize) -> usize);
+    /// Removes a force; the last one takes its place.
     fn remove(&mut self, at: usize);
-    fn len(&self) -> usize;
+    /// The handles' entries of the forces, in order.
+    fn entries(&self) -> &[usize];
+    fn name(&self) -> &'static str;
     fn kinds(&self) -> &'static [BodyKind];
     fn indices(&self, at: usize) -> &[usize];
-    fn as_any(&mut self) -> &mut dyn Any;
+    fn indices_mut(&mut self, at: usize) -> &mut [usize];
+    fn numbers(&self, at: usize) -> Vec<R>;
+    fn as_any(&self) -> &dyn Any;
+    fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
 pub(crate) struct Forces<K: Kernel> {
     kernel: K,
     pub(crate) params: Vec<K::Params>,
     indices: Vec<K::Indices>,
+    entries: Vec<usize>,
+    /// For each force a place for each pair of its bodies.
+    places: Vec<u32>,
+}
+
+impl<K: Kernel> Default for Forces<K> {
+    fn default() -> Forces<K> {
+        Forces {
+            kernel: K::default(),
+            params: Vec::new(),
+            indices: Vec::new(),
+            entries: Vec::new(),
+            places: Vec::new(),
+        }
+    }
 }
 
 impl<K: Kernel> Forces<K> {
-    pub(crate) fn new() -> Forces<K> {
-        Forces { kernel: K::default(), params: Vec::new(), indices: Vec::new() }
-    }
-
-    pub(crate) fn push(&mut self, params: K::Params, indices: K::Indices) {
+    pub(crate) fn push(&mut self, params: K::Params, indices: K::Indices, entry: usize) {
         self.params.push(params);
         self.indices.push(indices);
+        self.entries.push(entry);
+    }
+
+    fn add_all<const D: usize>(&mut self, bodies: &Bodies<'_, K::Real>, out: &mut Assembly<K::Real, D>) {
+        let pairs = K::BODIES.len() * K::BODIES.len();
+        let forces = self.params.iter().zip(&self.indices).zip(self.places.chunks_exact(pairs));
+        for ((params, indices), places) in forces {
+            self.kernel.evaluate(bodies, *indices, params);
+            let local = Local {
+                kinds: K::BODIES,
+                indices: indices.as_ref(),
+                places,
+                force: self.kernel.force(),
+                dfdx: self.kernel.dfdx(),
+                dfdv: self.kernel.dfdv(),
+                has_potential: K::HAS_POTENTIAL,
+            };
+            out.add(bodies, &local);
+        }
     }
 }
 
 impl<K: Kernel> Batch<K::Real> for Forces<K> {
-    fn assemble(&mut self, bodies: &Bodies<'_, K::Real>, out: &mut Assembly<K::Real>) {
-        let order = K::FREEDOMS;
-        for (params, &indices) in self.params.iter().zip(&self.indices) {
-            self.kernel.evaluate(bodies, indices, params);
-            let (force, dfdx, dfdv) = (self.kernel.force(), self.kernel.dfdx(), self.kernel.dfdv());
-            let mut row = 0;
-            for (&kind, &index) in K::BODIES.iter().zip(indices.as_ref()) {
-                let height = kind.freedoms();
-                let Some(node) = out.nodes[kind as usize][index] else {
-                    row += height;
-                    continue;
-                };
-                for i in 0..height {
-                    out.force[node][i] += force[row + i];
-                }
-                let mut column = 0;
-                for (&other, &index) in K::BODIES.iter().zip(indices.as_ref()) {
-                    let width = other.freedoms();
-                    let velocity = velocity(bodies, other, index);
-                    for i in 0..height {
-                        let at = (row + i) * order + column;
-                        for (j, &dx) in dfdx[at..at + width].iter().enumerate() {
-                            out.drift[node][i] += dx * velocity[j];
-                        }
-                    }
-                    if let Some(right) = out.nodes[other as usize][index] {
-                        let block = out.system.block(node, right);
-                        for i in 0..height {
-                            let at = (row + i) * order + column;
-                            for j in 0..width {
-                                block[(i, j)] -= out.damping * dfdv[at + j] + out.stiffness * dfdx[at + j];
-                            }
-                        }
-                    }
-                    column += width;
-                }
-                row += height;
+    fn assemble(&mut self, bodies: &Bodies<'_, K::Real>, out: Sums<'_, K::Real>) {
+        match out {
+            Sums::Three(out) => self.add_all(bodies, out),
+            Sums::Six(out) => self.add_all(bodies, out),
+        }
+    }
+
+    fn place(&mut self, block: &dyn Fn((BodyKind, usize), (BodyKind, usize)) -> Option<usize>) {
+        self.places.clear();
+        for indices in &self.indices {
+            let bodies = || K::BODIES.iter().copied().zip(indices.as_ref().iter().copied());
+            let pairs = bodies().flat_map(|row| bodies().map(move |column| (row, column)));
+            self.places.extend(pairs.map(|(row, column)| block(row, column).map_or(NOWHERE, |at| at as u32)));
+        }
+    }
+
+    fn measure(&self, bodies: &Bodies<'_, K::Real>) -> Measure<K::Real> {
+        let mut sum = Measure::<K::Real>::default();
+        if K::HAS_POTENTIAL {
+            for (params, indices) in self.params.iter().zip(&self.indices) {
+                let one = K::measure(bodies, *indices, params);
+                sum.energy += one.energy;
+                sum.gap = sum.gap.max(one.gap);
             }
+        }
+        sum
+    }
+
+    fn empty(&self) -> Box<dyn Batch<K::Real>> {
+        Box::new(Forces::<K>::default())
+    }
+
+    fn copy_to(&self, at: usize, other: &mut dyn Batch<K::Real>, body: &dyn Fn(BodyKind, usize) -> usize) {
+        let mut indices = self.indices[at];
+        for (&kind, index) in K::BODIES.iter().zip(indices.as_mut()) {
+            *index = body(kind, *index);
+        }
+        if let Some(other) = other.as_any_mut().downcast_mut::<Forces<K>>() {
+            other.push(self.params[at].clone(), indices, self.entries[at]);
         }
     }
 
     fn remove(&mut self, at: usize) {
         self.params.swap_remove(at);
         self.indices.swap_remove(at);
+        self.entries.swap_remove(at);
     }
 
-    fn len(&self) -> usize {
-        self.params.len()
+    fn entries(&self) -> &[usize] {
+        &self.entries
+    }
+
+    fn name(&self) -> &'static str {
+        K::NAME
     }
 
     fn kinds(&self) -> &'static [BodyKind] {
@@ -123,15 +150,21 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         self.indices[at].as_ref()
     }
 
-    fn as_any(&mut self) -> &mut dyn Any {
+    fn indices_mut(&mut self, at: usize) -> &mut [usize] {
+        self.indices[at].as_mut()
+    }
+
+    fn numbers(&self, at: usize) -> Vec<K::Real> {
+        let mut numbers = Vec::new();
+        K::write_params(&self.params[at], &mut numbers);
+        numbers
+    }
+
+    fn as_any(&self) -> &dyn Any {
         self
     }
-}
 
-fn velocity<R: RealField + Copy>(bodies: &Bodies<'_, R>, kind: BodyKind, index: usize) -> Vector6<R> {
-    let (v, w) = match kind {
-        BodyKind::Rigid => (bodies.rigid[index].velocity, bodies.rigid[index].angular_velocity),
-        BodyKind::Particle => (bodies.particles[index].velocity, nalgebra::Vector3::zeros()),
-    };
-    Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
 }

@@ -23,7 +23,7 @@ pub enum Error {
     /// Time runs forward.
     #[error("negative step")]
     NegativeStep,
-    /// No step as small as the step control tries was good; the state is the last good one.
-    #[error("no step was accepted")]
-    StepFailed,
+    /// A force between bodies none of which forces move.
+    #[error("force `{0}` moves none of its bodies")]
+    NothingMoves(&'static str),
 }

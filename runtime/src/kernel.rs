@@ -7,7 +7,7 @@ use crate::bodies::{Particle, Rigid};
 use nalgebra::RealField;
 
 /// A body type.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum BodyKind {
     /// [`Rigid`], six degrees of freedom: position, then rotation.
     Rigid,
@@ -66,6 +66,39 @@ pub trait Kernel: Clone + Default + Send + 'static {
 
     /// ∂F/∂V: N² entries, row by row.
     fn dfdv(&self) -> &[Self::Real];
+
+    /// Whether it has a potential that [`Kernel::measure`] knows: constraints and energies do.
+    const HAS_POTENTIAL: bool = false;
+
+    /// The potential energy and the gap for the bodies at these indices.
+    fn measure(
+        _bodies: &Bodies<'_, Self::Real>,
+        _indices: Self::Indices,
+        _params: &Self::Params,
+    ) -> Measure<Self::Real> {
+        Measure::default()
+    }
+
+    /// Appends the parameters as numbers, in source order.
+    fn write_params(params: &Self::Params, numbers: &mut Vec<Self::Real>);
+
+    /// The parameters that `write_params` wrote; none if there are too few numbers.
+    fn read_params(numbers: &mut dyn Iterator<Item = Self::Real>) -> Option<Self::Params>;
+}
+
+/// What a constraint or an energy stores, and how far it is from home.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Measure<R> {
+    /// Potential energy: ½ stiffness C², each row by its own, or E.
+    pub energy: R,
+    /// The largest |C| of the rows; of a unilateral constraint only those count that push. Zero for an energy.
+    pub gap: R,
+}
+
+impl<R: RealField> Default for Measure<R> {
+    fn default() -> Measure<R> {
+        Measure { energy: R::zero(), gap: R::zero() }
+    }
 }
 
 /// The parameters of a kernel know it: a force can be named by its parameters alone.

@@ -30,22 +30,32 @@
 //! Without default features this crate has no macros and never builds the compiler; kernels then come from
 //! `forcec build --target rust` or from a build script.
 
+mod assemble;
 mod batch;
 pub mod bodies;
+mod control;
 pub mod error;
 pub mod functions;
+mod island;
+mod iterative;
 pub mod kernel;
+mod methods;
 pub mod prelude;
 pub mod prelude_f32;
-pub mod step;
-mod system;
+mod report;
+mod settings;
+mod sparse;
+mod store;
 pub mod world;
 
 pub use bodies::{Particle, ParticleF32, Rigid, RigidF32, Wrench};
 pub use error::Error;
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
-pub use kernel::{Bodies, BodyKind, Kernel, Parameters};
+pub use iterative::Solver;
+pub use kernel::{Bodies, BodyKind, Kernel, Measure, Parameters};
+pub use methods::Integrator;
 pub use nalgebra;
-pub use step::{Integrator, StepReport};
+pub use report::Report;
+pub use settings::{Decoupling, Settings, Sleep};
 pub use world::{Body, Force, Motion, World};

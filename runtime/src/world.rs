@@ -1,34 +1,38 @@
 //! Bodies and the forces between them.
 //!
 //! In go bodies with mass and inertia, and forces named by their parameters; handles come out and stay valid when others
-//! are removed. Bodies lie in arrays that kernels read in place. Positions count from `origin`, which is in double
-//! precision whatever the world computes in. How a world moves stands in [`step`](crate::step).
+//! are removed. A world keeps bodies in islands, each stepped apart from the others: see [`Settings`] for how, and the
+//! [`Report`] for what a step did.
 
-use crate::batch::{Assembly, Batch, Forces};
+use crate::batch::Forces;
+use crate::control::as_f64;
 use crate::error::Error;
-use crate::kernel::{Bodies, BodyKind, Kernel, Parameters};
-use crate::system::System;
-use crate::{Particle, Rigid};
-use nalgebra::{RealField, Vector3};
-use std::collections::BTreeSet;
+use crate::island::{Island, Life};
+use crate::kernel::{BodyKind, Kernel, Parameters};
+use crate::report::Report;
+use crate::settings::Settings;
+use crate::store::{Member, as_particle, as_rigid, moved};
+use crate::{Particle, Rigid, Wrench};
+use nalgebra::{RealField, Vector3, Vector6, convert};
 
 /// A body of a world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Body {
     pub(crate) kind: BodyKind,
-    pub(crate) index: usize,
+    pub(crate) entry: usize,
     generation: u32,
 }
 
 /// A force of a world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Force {
-    index: usize,
+    entry: usize,
     generation: u32,
 }
 
 /// How a body answers to forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Motion<R> {
     /// By its mass, kg, and its principal moments of inertia along the axes of body space, kg·m²; a particle has none.
     Dynamic(R, Vector3<R>),
@@ -36,126 +40,202 @@ pub enum Motion<R> {
     Kinematic,
 }
 
-#[derive(Clone, Debug)]
-pub(crate) struct Slot<R> {
-    generation: u32,
-    alive: bool,
-    pub(crate) motion: Motion<R>,
+/// What a handle stands for.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Entry<P> {
+    pub(crate) generation: u32,
+    /// None once it is removed.
+    pub(crate) place: Option<P>,
 }
 
-struct Place {
-    generation: u32,
-    /// Batch, and place in it; none once it is removed.
-    at: Option<(usize, usize)>,
+/// Where a body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) enum Place {
+    /// In an island, at an index among those of its type.
+    Island(usize, usize),
+    /// Among those that no force moves.
+    Frame(usize),
+}
+
+/// A body that no force moves.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame<R: RealField> {
+    pub(crate) entry: usize,
+    pub(crate) origin: Vector3<f64>,
+    pub(crate) state: Rigid<R>,
 }
 
 /// Bodies, forces and what a step needs of storage.
 pub struct World<R: RealField + Copy = f64> {
     /// Acceleration of every body, m/s².
     pub gravity: Vector3<R>,
-    /// Where positions count from, m.
-    pub origin: Vector3<f64>,
-    pub(crate) rigid: Vec<Rigid<R>>,
-    pub(crate) particles: Vec<Particle<R>>,
-    pub(crate) slots: [Vec<Slot<R>>; 2],
-    pub(crate) batches: Vec<Box<dyn Batch<R>>>,
-    places: Vec<Place>,
-    pub(crate) assembly: Assembly<R>,
-    pub(crate) scratch: crate::step::Scratch<R>,
-    changed: bool,
+    /// How it is stepped.
+    pub settings: Settings<R>,
+    pub(crate) islands: Vec<Island<R>>,
+    pub(crate) frames: Vec<Frame<R>>,
+    pub(crate) bodies: Vec<Entry<Place>>,
+    /// Of each force its island, its batch there and its place in that.
+    pub(crate) forces: Vec<Entry<(usize, usize, usize)>>,
+    /// Entries to be used again.
+    pub(crate) free_bodies: Vec<usize>,
+    pub(crate) free_forces: Vec<usize>,
+    /// Islands to be stepped, in order.
+    pub(crate) awake: Vec<usize>,
+    /// The awake ones are to be found anew.
+    pub(crate) stirred: bool,
 }
 
 impl<R: RealField + Copy> Default for World<R> {
     fn default() -> World<R> {
         World {
             gravity: Vector3::zeros(),
-            origin: Vector3::zeros(),
-            rigid: Vec::new(),
-            particles: Vec::new(),
-            slots: [Vec::new(), Vec::new()],
-            batches: Vec::new(),
-            places: Vec::new(),
-            assembly: Assembly::default(),
-            scratch: crate::step::Scratch::default(),
-            changed: true,
+            settings: Settings::default(),
+            islands: Vec::new(),
+            frames: Vec::new(),
+            bodies: Vec::new(),
+            forces: Vec::new(),
+            free_bodies: Vec::new(),
+            free_forces: Vec::new(),
+            awake: Vec::new(),
+            stirred: true,
         }
     }
 }
 
 impl<R: RealField + Copy> World<R> {
     /// Adds a rigid body; its orientation is normalised.
-    pub fn add_rigid(&mut self, mut state: Rigid<R>, motion: Motion<R>) -> Result<Body, Error> {
+    pub fn add_rigid(&mut self, state: Rigid<R>, motion: Motion<R>) -> Result<Body, Error> {
+        self.add_rigid_at(Vector3::zeros(), state, motion)
+    }
+
+    /// Adds a rigid body whose position counts from an origin, m. Bodies that forces tie together share the origin of one
+    /// of them, so that single precision serves far from zero; a force whose parameters are points in space takes them
+    /// as counted from there too.
+    pub fn add_rigid_at(
+        &mut self,
+        origin: Vector3<f64>,
+        mut state: Rigid<R>,
+        motion: Motion<R>,
+    ) -> Result<Body, Error> {
         check_rigid(&mut state)?;
         if let Motion::Dynamic(mass, inertia) = motion {
             check_mass(mass)?;
             inertia.iter().try_for_each(|&moment| check_mass(moment))?;
         }
-        Ok(insert(&mut self.rigid, &mut self.slots[0], BodyKind::Rigid, state, motion, &mut self.changed))
+        self.insert(BodyKind::Rigid, origin, state, motion)
     }
 
     /// Adds a particle.
     pub fn add_particle(&mut self, state: Particle<R>, motion: Motion<R>) -> Result<Body, Error> {
+        self.add_particle_at(Vector3::zeros(), state, motion)
+    }
+
+    /// Adds a particle whose position counts from an origin, as [`World::add_rigid_at`] does.
+    pub fn add_particle_at(
+        &mut self,
+        origin: Vector3<f64>,
+        state: Particle<R>,
+        motion: Motion<R>,
+    ) -> Result<Body, Error> {
         check_particle(&state)?;
         if let Motion::Dynamic(mass, _) = motion {
             check_mass(mass)?;
         }
-        Ok(insert(
-            &mut self.particles,
-            &mut self.slots[1],
-            BodyKind::Particle,
-            state,
-            motion,
-            &mut self.changed,
-        ))
+        self.insert(BodyKind::Particle, origin, as_rigid(&state), motion)
     }
 
-    /// A rigid body's state.
-    pub fn rigid(&self, body: Body) -> Result<&Rigid<R>, Error> {
-        self.check(body, BodyKind::Rigid)?;
-        Ok(&self.rigid[body.index])
+    /// A rigid body's state; its position counts from zero. See [`World::position`] for one that is exact far away.
+    pub fn rigid(&self, body: Body) -> Result<Rigid<R>, Error> {
+        self.state(body, BodyKind::Rigid)
     }
 
-    /// Puts a rigid body into a state.
+    /// A particle's state; its position counts from zero.
+    pub fn particle(&self, body: Body) -> Result<Particle<R>, Error> {
+        Ok(as_particle(&self.state(body, BodyKind::Particle)?))
+    }
+
+    /// Where a body is, m.
+    pub fn position(&self, body: Body) -> Result<Vector3<f64>, Error> {
+        let (origin, state) = self.local(body)?;
+        Ok(origin + state.position.map(as_f64))
+    }
+
+    /// Puts a rigid body into a state, and wakes it and all that is tied to it.
     pub fn set_rigid(&mut self, body: Body, mut state: Rigid<R>) -> Result<(), Error> {
-        self.check(body, BodyKind::Rigid)?;
         check_rigid(&mut state)?;
-        self.rigid[body.index] = state;
-        Ok(())
+        self.set_state(body, BodyKind::Rigid, state)
     }
 
-    /// A particle's state.
-    pub fn particle(&self, body: Body) -> Result<&Particle<R>, Error> {
-        self.check(body, BodyKind::Particle)?;
-        Ok(&self.particles[body.index])
-    }
-
-    /// Puts a particle into a state.
+    /// Puts a particle into a state, and wakes it and all that is tied to it.
     pub fn set_particle(&mut self, body: Body, state: Particle<R>) -> Result<(), Error> {
-        self.check(body, BodyKind::Particle)?;
         check_particle(&state)?;
-        self.particles[body.index] = state;
+        self.set_state(body, BodyKind::Particle, as_rigid(&state))
+    }
+
+    /// Lets a force and a torque about the centre of mass act on a body, in the world frame, until told otherwise.
+    pub fn set_load(&mut self, body: Body, load: Wrench<R>) -> Result<(), Error> {
+        check_vector(&load.force, "load")?;
+        check_vector(&load.torque, "load")?;
+        if let Place::Island(island, index) = self.place(body)? {
+            let (f, t) = (load.force, load.torque);
+            let island = &mut self.islands[island];
+            island.store.members[body.kind as usize][index].load = Vector6::new(f.x, f.y, f.z, t.x, t.y, t.z);
+            self.stirred |= island.life == Life::Asleep;
+            island.stir();
+        }
         Ok(())
     }
 
     /// Removes a body and every force on it.
     pub fn remove_body(&mut self, body: Body) -> Result<(), Error> {
-        self.check(body, body.kind)?;
-        for index in 0..self.places.len() {
-            let Some((batch, at)) = self.places[index].at else { continue };
-            let batch = &self.batches[batch];
-            let touches = |(&kind, &index): (&BodyKind, &usize)| kind == body.kind && index == body.index;
+        let place = self.place(body)?;
+        for entry in 0..self.forces.len() {
+            let Some((island, batch, at)) = self.forces[entry].place else { continue };
+            let island = &self.islands[island];
+            let batch = &island.batches[batch];
+            let touches = |(&kind, &index): (&BodyKind, &usize)| {
+                kind == body.kind && island.store.members[kind as usize][index].entry == body.entry
+            };
             if batch.kinds().iter().zip(batch.indices(at)).any(touches) {
-                self.remove_force(Force { index, generation: self.places[index].generation })?;
+                self.remove_force(Force { entry, generation: self.forces[entry].generation })?;
             }
         }
-        let slot = &mut self.slots[body.kind as usize][body.index];
-        slot.alive = false;
-        slot.motion = Motion::Kinematic;
-        match body.kind {
-            BodyKind::Rigid => self.rigid[body.index] = Rigid::default(),
-            BodyKind::Particle => self.particles[body.index] = Particle::default(),
+        match place {
+            Place::Frame(index) => {
+                self.frames.swap_remove(index);
+                if let Some(moved) = self.frames.get(index) {
+                    self.bodies[moved.entry].place = Some(Place::Frame(index));
+                }
+            }
+            Place::Island(number, index) => {
+                let island = &mut self.islands[number];
+                let last = island.store.members[body.kind as usize].len() - 1;
+                island.store.remove(body.kind, index);
+                for batch in &mut island.batches {
+                    for at in 0..batch.entries().len() {
+                        let kinds = batch.kinds();
+                        for (&kind, own) in kinds.iter().zip(batch.indices_mut(at)) {
+                            if kind == body.kind && *own == last {
+                                *own = index;
+                            }
+                        }
+                    }
+                }
+                (island.changed, island.torn) = (true, true);
+                island.wake();
+                if let Some(moved) = island.store.members[body.kind as usize].get(index)
+                    && moved.motion != Motion::Kinematic
+                {
+                    self.bodies[moved.entry].place = Some(Place::Island(number, index));
+                }
+            }
         }
-        self.changed = true;
+        let entry = &mut self.bodies[body.entry];
+        (entry.place, entry.generation) = (None, entry.generation + 1);
+        self.free_bodies.push(body.entry);
+        self.stirred = true;
         Ok(())
     }
 
@@ -177,140 +257,436 @@ impl<R: RealField + Copy> World<R> {
         if !bodies.iter().map(|body| body.kind).eq(K::BODIES.iter().copied()) {
             return Err(Error::WrongBodies(K::NAME));
         }
+        check_params::<K>(&params)?;
+        let mut home = None;
+        for &body in bodies {
+            if let Place::Island(island, _) = self.place(body)? {
+                home = Some(home.map_or(island, |home| self.join(home, island)));
+            }
+        }
+        let home = home.ok_or(Error::NothingMoves(K::NAME))?;
         let mut indices = K::Indices::default();
         for (index, &body) in indices.as_mut().iter_mut().zip(bodies) {
-            self.check(body, body.kind)?;
-            *index = body.index;
+            *index = match self.place(body)? {
+                Place::Island(_, index) => index,
+                Place::Frame(frame) => self.stand_in(home, body, frame),
+            };
         }
-        let batch = match self.batches.iter_mut().position(|batch| batch.as_any().is::<Forces<K>>()) {
-            Some(batch) => batch,
-            None => {
-                self.batches.push(Box::new(Forces::<K>::new()));
-                self.batches.len() - 1
-            }
-        };
-        let at = self.batches[batch].len();
-        if let Some(forces) = self.batches[batch].as_any().downcast_mut::<Forces<K>>() {
-            forces.push(params, indices);
+        let entry = claim(&mut self.forces, &mut self.free_forces);
+        let island = &mut self.islands[home];
+        let batch = island.batch_like(&Forces::<K>::default());
+        let at = island.batches[batch].entries().len();
+        if let Some(forces) = island.batches[batch].as_any_mut().downcast_mut::<Forces<K>>() {
+            forces.push(params, indices, entry);
         }
-        self.changed = true;
-        let index = match self.places.iter().position(|place| place.at.is_none()) {
-            Some(free) if self.places.len() > 2 * self.force_count() => free,
-            _ => {
-                self.places.push(Place { generation: 0, at: None });
-                self.places.len() - 1
-            }
-        };
-        self.places[index].at = Some((batch, at));
-        Ok(Force { index, generation: self.places[index].generation })
+        self.forces[entry].place = Some((home, batch, at));
+        island.changed = true;
+        island.wake();
+        self.stirred = true;
+        Ok(Force { entry, generation: self.forces[entry].generation })
+    }
+
+    /// Changes the parameters of a force, and wakes the bodies it acts on.
+    pub fn set_params<P>(&mut self, force: Force, params: P) -> Result<(), Error>
+    where
+        P: Parameters,
+        P::Kernel: Kernel<Real = R>,
+    {
+        check_params::<P::Kernel>(&params)?;
+        let (island, batch, at) = self.force_place(force)?;
+        let island = &mut self.islands[island];
+        let batch = island.batches[batch].as_any_mut().downcast_mut::<Forces<P::Kernel>>();
+        batch.ok_or(Error::WrongBodies(P::Kernel::NAME))?.params[at] = params;
+        self.stirred |= island.life == Life::Asleep;
+        island.wake();
+        Ok(())
     }
 
     /// Removes a force.
     pub fn remove_force(&mut self, force: Force) -> Result<(), Error> {
-        let place = self.places.get_mut(force.index).filter(|place| place.generation == force.generation);
-        let place = place.ok_or(Error::UnknownHandle)?;
-        let (batch, at) = place.at.take().ok_or(Error::UnknownHandle)?;
-        place.generation += 1;
-        self.batches[batch].remove(at);
-        let last = Some((batch, self.batches[batch].len()));
-        if let Some(moved) = self.places.iter_mut().find(|place| place.at == last) {
-            moved.at = Some((batch, at));
+        let (number, batch, at) = self.force_place(force)?;
+        let island = &mut self.islands[number];
+        island.batches[batch].remove(at);
+        if let Some(&moved) = island.batches[batch].entries().get(at) {
+            self.forces[moved].place = Some((number, batch, at));
         }
-        self.changed = true;
+        (island.changed, island.torn) = (true, true);
+        island.wake();
+        let entry = &mut self.forces[force.entry];
+        (entry.place, entry.generation) = (None, entry.generation + 1);
+        self.free_forces.push(force.entry);
+        self.stirred = true;
         Ok(())
     }
 
     /// How many forces there are.
     pub fn force_count(&self) -> usize {
-        self.batches.iter().map(|batch| batch.len()).sum()
+        self.forces.len() - self.free_forces.len()
     }
 
-    /// Kinetic energy of all bodies and their potential in gravity, zero at the origin; forces have no known potential.
-    pub fn mechanical_energy(&self) -> R {
-        let half = nalgebra::convert::<f64, R>(0.5);
-        let mut energy = R::zero();
-        for (body, slot) in self.rigid.iter().zip(&self.slots[0]) {
-            if let Motion::Dynamic(mass, inertia) = slot.motion {
-                let spin = body.orientation.inverse_transform_vector(&body.angular_velocity);
-                energy +=
-                    half * (mass * body.velocity.norm_squared() + spin.dot(&inertia.component_mul(&spin)));
-                energy -= mass * self.gravity.dot(&body.position);
+    /// Puts the island of a body to sleep: it stands still, and keeps its velocities, until it is woken by a call, by a
+    /// change of a force or a body, or by a moving body that no force moves.
+    pub fn sleep(&mut self, body: Body) -> Result<(), Error> {
+        if let Place::Island(island, _) = self.place(body)? {
+            let life = &mut self.islands[island].life;
+            *life = if *life == Life::Awake { Life::Asleep } else { *life };
+            self.stirred = true;
+        }
+        Ok(())
+    }
+
+    /// Wakes the island of a body, or takes it out of quarantine.
+    pub fn wake(&mut self, body: Body) -> Result<(), Error> {
+        if let Place::Island(island, _) = self.place(body)? {
+            self.islands[island].wake();
+            self.islands[island].life = Life::Awake;
+            self.stirred = true;
+        }
+        Ok(())
+    }
+
+    /// Whether a body's island sleeps.
+    pub fn is_asleep(&self, body: Body) -> Result<bool, Error> {
+        Ok(self.life(body)? == Life::Asleep)
+    }
+
+    /// Whether a body's island stands still because no step of it was good.
+    pub fn is_quarantined(&self, body: Body) -> Result<bool, Error> {
+        Ok(self.life(body)? == Life::Quarantined)
+    }
+
+    /// A body at a share, 0 to 1, of the last step that `Rodas4` took, its position counting from zero: that step ends
+    /// where the last call of [`World::step`] ended, and may have begun within it. None after other methods.
+    pub fn between(&self, body: Body, share: R) -> Result<Option<Rigid<R>>, Error> {
+        Ok(match self.place(body)? {
+            Place::Frame(_) => None,
+            Place::Island(island, index) => {
+                let island = &self.islands[island];
+                let state = island.between(body.kind, index, share);
+                state.map(|state| from_origin(island.origin, state))
             }
+        })
+    }
+
+    /// Kinetic energy, the potential in gravity, zero at the origin, and that of constraints and energies, J.
+    pub fn energy(&self) -> f64 {
+        let mass = |island: &Island<R>| {
+            let masses = island.store.members.iter().flatten().filter_map(|member| member.inertia());
+            masses.map(|(mass, _)| as_f64(mass)).sum::<f64>()
+        };
+        let gravity = self.gravity.map(as_f64);
+        let energy = |island: &Island<R>| {
+            as_f64(island.measure(self.gravity).total) - mass(island) * gravity.dot(&island.origin)
+        };
+        self.islands.iter().map(energy).sum()
+    }
+
+    /// Moves the world on by a time `h`, s; zero changes nothing.
+    ///
+    /// An island of which no step is good stands still from then on, and the report counts it.
+    pub fn step(&mut self, h: R) -> Result<Report, Error>
+    where
+        R: Send + Sync,
+    {
+        if !h.is_finite() {
+            return Err(Error::NotFinite("step"));
         }
-        for (body, slot) in self.particles.iter().zip(&self.slots[1]) {
-            if let Motion::Dynamic(mass, _) = slot.motion {
-                energy +=
-                    half * mass * body.velocity.norm_squared() - mass * self.gravity.dot(&body.position);
+        if h < R::zero() {
+            return Err(Error::NegativeStep);
+        }
+        let _span = crate::report::span("step");
+        self.prepare();
+        let mut report = Report::default();
+        if h > R::zero() {
+            let (gravity, settings) = (self.gravity, self.settings);
+            self.each_awake(
+                |island| {
+                    let report = island.cover(h, gravity, &settings);
+                    island.rest(h, &settings);
+                    report
+                },
+                |one| report.add(&one),
+            );
+            for frame in &mut self.frames {
+                let state = frame.state;
+                frame.state = moved(&state, state.velocity * h, state.angular_velocity * h);
             }
+            let islands = &self.islands;
+            let before = self.awake.len();
+            self.awake.retain(|&number| islands[number].life == Life::Awake);
+            self.stirred |= before != self.awake.len();
         }
-        energy
+        Ok(report)
     }
 
-    pub(crate) fn bodies(&self) -> Bodies<'_, R> {
-        Bodies { rigid: &self.rigid, particles: &self.particles }
+    /// Steps every island that is awake and hands on what it reports, in order, whatever thread did it.
+    #[cfg(not(feature = "rayon"))]
+    fn each_awake(&mut self, step: impl Fn(&mut Island<R>) -> Report + Sync, mut done: impl FnMut(Report)) {
+        for &number in &self.awake {
+            done(step(&mut self.islands[number]));
+        }
     }
 
-    /// Numbers the nodes anew if bodies or forces have changed.
-    pub(crate) fn prepare(&mut self) {
-        if !std::mem::take(&mut self.changed) {
-            return;
-        }
-        let mut count = 0;
-        for (nodes, slots) in self.assembly.nodes.iter_mut().zip(&self.slots) {
-            nodes.clear();
-            nodes.extend(slots.iter().map(|slot| match slot.motion {
-                Motion::Dynamic(..) => {
-                    count += 1;
-                    Some(count - 1)
+    /// Steps every island that is awake, on all threads of the pool, and hands on what it reports, in order.
+    #[cfg(feature = "rayon")]
+    fn each_awake(&mut self, step: impl Fn(&mut Island<R>) -> Report + Sync, done: impl FnMut(Report))
+    where
+        R: Send + Sync,
+    {
+        use rayon::prelude::{IntoParallelRefMutIterator, ParallelIterator};
+        let islands = self.islands.par_iter_mut();
+        let reports: Vec<Report> = islands.filter(|island| island.life == Life::Awake).map(step).collect();
+        reports.into_iter().for_each(done);
+    }
+
+    /// Brings islands up to date: those that fell apart, those whose system has changed, those that are awake.
+    fn prepare(&mut self) {
+        let moves = |state: &Rigid<R>| {
+            state.velocity != Vector3::zeros() || state.angular_velocity != Vector3::zeros()
+        };
+        if self.frames.iter().any(|frame| moves(&frame.state)) {
+            for number in 0..self.islands.len() {
+                if self.islands[number].life == Life::Asleep && self.has_moving_frame(number) {
+                    self.islands[number].wake();
+                    self.stirred = true;
                 }
-                Motion::Kinematic => None,
-            }));
+            }
         }
-        let mut neighbours = vec![BTreeSet::new(); count];
-        for batch in &self.batches {
-            for at in 0..batch.len() {
-                let bodies = batch.kinds().iter().zip(batch.indices(at));
-                let nodes: Vec<usize> =
-                    bodies.filter_map(|(&kind, &index)| self.assembly.nodes[kind as usize][index]).collect();
-                for &a in &nodes {
-                    neighbours[a].extend(nodes.iter().filter(|&&b| b != a));
+        if std::mem::take(&mut self.stirred) {
+            for number in 0..self.islands.len() {
+                if std::mem::take(&mut self.islands[number].torn) {
+                    self.take_apart(number);
+                }
+            }
+            for number in (0..self.islands.len()).rev() {
+                if self.islands[number].store.moving() == 0 {
+                    self.islands.swap_remove(number);
+                    self.renumber(number);
+                }
+            }
+            self.awake.clear();
+            self.awake.extend((0..self.islands.len()).filter(|&k| self.islands[k].life == Life::Awake));
+            for k in 0..self.awake.len() {
+                let number = self.awake[k];
+                if self.islands[number].changed {
+                    self.islands[number].prepare();
+                    self.renumber(number);
                 }
             }
         }
-        let (system, place) = System::new(neighbours);
-        self.assembly.system = system;
-        for node in self.assembly.nodes.iter_mut().flatten().flatten() {
-            *node = place[*node];
+        for &number in &self.awake {
+            let Island { origin, store, .. } = &mut self.islands[number];
+            for (kind, members) in [BodyKind::Rigid, BodyKind::Particle].into_iter().zip(&store.members) {
+                for (index, member) in members.iter().enumerate() {
+                    if member.motion == Motion::Kinematic
+                        && let Some(Place::Frame(frame)) = self.bodies[member.entry].place
+                    {
+                        let state = self.frames[frame].local_to(*origin);
+                        match kind {
+                            BodyKind::Rigid => store.rigid[index] = state,
+                            BodyKind::Particle => store.particles[index] = as_particle(&state),
+                        }
+                    }
+                }
+            }
         }
-        self.assembly.force.resize(count, nalgebra::Vector6::zeros());
-        self.assembly.drift.resize(count, nalgebra::Vector6::zeros());
     }
 
-    fn check(&self, body: Body, kind: BodyKind) -> Result<(), Error> {
-        let slot = self.slots[body.kind as usize].get(body.index);
-        let known = slot.is_some_and(|slot| slot.alive && slot.generation == body.generation);
-        if known && body.kind == kind { Ok(()) } else { Err(Error::UnknownHandle) }
+    fn has_moving_frame(&self, island: usize) -> bool {
+        self.islands[island].store.iter().any(|(kind, index, member)| {
+            let state = self.islands[island].store.get(kind, index);
+            let state = match self.bodies[member.entry].place {
+                Some(Place::Frame(frame)) => self.frames[frame].state,
+                _ => state,
+            };
+            member.motion == Motion::Kinematic
+                && (state.velocity != Vector3::zeros() || state.angular_velocity != Vector3::zeros())
+        })
+    }
+
+    /// Makes islands of the parts of one.
+    fn take_apart(&mut self, number: usize) {
+        let Some((count, parts)) = self.islands[number].parts() else { return };
+        let whole = std::mem::replace(&mut self.islands[number], Island::new(Vector3::zeros()));
+        for part in 0..count {
+            let mut island = Island::new(whole.origin);
+            island.take_from(&whole, &|kind, index| parts[kind as usize][index] == part);
+            island.life = whole.life;
+            let at = if part == 0 { number } else { self.islands.len() };
+            if part == 0 {
+                self.islands[number] = island;
+            } else {
+                self.islands.push(island);
+            }
+            self.renumber(at);
+        }
+    }
+
+    /// Tells handles where the bodies and forces of an island are; one that is not there has none.
+    fn renumber(&mut self, number: usize) {
+        let Some(island) = self.islands.get(number) else { return };
+        for (_, index, member) in island.store.iter() {
+            if member.motion != Motion::Kinematic {
+                self.bodies[member.entry].place = Some(Place::Island(number, index));
+            }
+        }
+        for (b, batch) in island.batches.iter().enumerate() {
+            for (at, &entry) in batch.entries().iter().enumerate() {
+                self.forces[entry].place = Some((number, b, at));
+            }
+        }
+    }
+
+    /// Makes one island of two, the larger one, and returns its number.
+    fn join(&mut self, a: usize, b: usize) -> usize {
+        if a == b {
+            return a;
+        }
+        let size = |number: usize| self.islands[number].store.moving();
+        let (home, guest) = if size(a) >= size(b) { (a, b) } else { (b, a) };
+        let (lives, torn) = ([home, guest].map(|it| self.islands[it].life), self.islands[guest].torn);
+        let guest = std::mem::replace(&mut self.islands[guest], Island::new(Vector3::zeros()));
+        let island = &mut self.islands[home];
+        island.take_from(&guest, &|_, _| true);
+        island.torn |= torn;
+        island.life = if lives.contains(&Life::Quarantined) { Life::Quarantined } else { Life::Awake };
+        island.wake();
+        self.renumber(home);
+        home
+    }
+
+    /// The index of a body that no force moves in an island.
+    fn stand_in(&mut self, island: usize, body: Body, frame: usize) -> usize {
+        let island = &mut self.islands[island];
+        let members = &island.store.members[body.kind as usize];
+        let own = members
+            .iter()
+            .position(|member| member.entry == body.entry && member.motion == Motion::Kinematic);
+        own.unwrap_or_else(|| {
+            let state = self.frames[frame].local_to(island.origin);
+            let member = Member { entry: body.entry, motion: Motion::Kinematic, load: Vector6::zeros() };
+            island.store.push(body.kind, state, member)
+        })
+    }
+
+    fn insert(
+        &mut self,
+        kind: BodyKind,
+        origin: Vector3<f64>,
+        state: Rigid<R>,
+        motion: Motion<R>,
+    ) -> Result<Body, Error> {
+        if !origin.iter().all(|x| x.is_finite()) {
+            return Err(Error::NotFinite("origin"));
+        }
+        let entry = claim(&mut self.bodies, &mut self.free_bodies);
+        self.bodies[entry].place = Some(match motion {
+            Motion::Kinematic => {
+                self.frames.push(Frame { entry, origin, state });
+                Place::Frame(self.frames.len() - 1)
+            }
+            Motion::Dynamic(..) => {
+                let mut island = Island::new(origin);
+                island.store.push(kind, state, Member { entry, motion, load: Vector6::zeros() });
+                self.islands.push(island);
+                Place::Island(self.islands.len() - 1, 0)
+            }
+        });
+        self.stirred = true;
+        Ok(Body { kind, entry, generation: self.bodies[entry].generation })
+    }
+
+    fn place(&self, body: Body) -> Result<Place, Error> {
+        let entry = self.bodies.get(body.entry).filter(|entry| entry.generation == body.generation);
+        entry.and_then(|entry| entry.place).ok_or(Error::UnknownHandle)
+    }
+
+    fn force_place(&self, force: Force) -> Result<(usize, usize, usize), Error> {
+        let entry = self.forces.get(force.entry).filter(|entry| entry.generation == force.generation);
+        entry.and_then(|entry| entry.place).ok_or(Error::UnknownHandle)
+    }
+
+    fn life(&self, body: Body) -> Result<Life, Error> {
+        Ok(match self.place(body)? {
+            Place::Island(island, _) => self.islands[island].life,
+            Place::Frame(_) => Life::Awake,
+        })
+    }
+
+    /// Where a body's position counts from, and its state.
+    fn local(&self, body: Body) -> Result<(Vector3<f64>, Rigid<R>), Error> {
+        Ok(match self.place(body)? {
+            Place::Frame(frame) => (self.frames[frame].origin, self.frames[frame].state),
+            Place::Island(island, index) => {
+                let island = &self.islands[island];
+                (island.origin, island.store.get(body.kind, index))
+            }
+        })
+    }
+
+    fn state(&self, body: Body, kind: BodyKind) -> Result<Rigid<R>, Error> {
+        let (origin, state) = self.local(body)?;
+        if body.kind == kind { Ok(from_origin(origin, state)) } else { Err(Error::UnknownHandle) }
+    }
+
+    fn set_state(&mut self, body: Body, kind: BodyKind, state: Rigid<R>) -> Result<(), Error> {
+        let place = self.place(body)?;
+        if body.kind != kind {
+            return Err(Error::UnknownHandle);
+        }
+        match place {
+            Place::Frame(frame) => {
+                self.frames[frame].state = Rigid {
+                    position: (state.position.map(as_f64) - self.frames[frame].origin).map(convert),
+                    ..state
+                };
+                for island in &mut self.islands {
+                    if island.store.members[kind as usize].iter().any(|member| member.entry == body.entry) {
+                        island.wake();
+                        self.stirred = true;
+                    }
+                }
+            }
+            Place::Island(island, index) => {
+                let island = &mut self.islands[island];
+                let position = (state.position.map(as_f64) - island.origin).map(convert);
+                island.store.set(kind, index, Rigid { position, ..state });
+                self.stirred |= island.life == Life::Asleep;
+                island.wake();
+            }
+        }
+        Ok(())
     }
 }
 
-fn insert<S, R>(
-    states: &mut Vec<S>,
-    slots: &mut Vec<Slot<R>>,
-    kind: BodyKind,
-    state: S,
-    motion: Motion<R>,
-    changed: &mut bool,
-) -> Body {
-    *changed = true;
-    if let Some(index) = slots.iter().position(|slot| !slot.alive) {
-        let generation = slots[index].generation + 1;
-        states[index] = state;
-        slots[index] = Slot { generation, alive: true, motion };
-        return Body { kind, index, generation };
+impl<R: RealField + Copy> Frame<R> {
+    /// Its state, the position counting from an origin.
+    fn local_to(&self, origin: Vector3<f64>) -> Rigid<R> {
+        let shift: Vector3<R> = (self.origin - origin).map(convert);
+        Rigid { position: self.state.position + shift, ..self.state }
     }
-    states.push(state);
-    slots.push(Slot { generation: 0, alive: true, motion });
-    Body { kind, index: slots.len() - 1, generation: 0 }
+}
+
+fn from_origin<R: RealField + Copy>(origin: Vector3<f64>, state: Rigid<R>) -> Rigid<R> {
+    Rigid { position: (origin + state.position.map(as_f64)).map(convert), ..state }
+}
+
+/// An entry that is free.
+fn claim<P>(entries: &mut Vec<Entry<P>>, free: &mut Vec<usize>) -> usize {
+    free.pop().unwrap_or_else(|| {
+        entries.push(Entry { generation: 0, place: None });
+        entries.len() - 1
+    })
+}
+
+fn check_params<K: Kernel>(params: &K::Params) -> Result<(), Error> {
+    let mut numbers: Vec<K::Real> = Vec::new();
+    K::write_params(params, &mut numbers);
+    if numbers.iter().all(nalgebra::ComplexField::is_finite) {
+        Ok(())
+    } else {
+        Err(Error::NotFinite(K::NAME))
+    }
 }
 
 fn check_mass<R: RealField + Copy>(mass: R) -> Result<(), Error> {

@@ -11,6 +11,15 @@ fn ball(a: Rigid, b: Rigid, arm_a: Vec3, arm_b: Vec3) -> Vec3 {
     (b.position - a.position) + (b.orientation * arm_b - a.orientation * arm_a)
 }
 
+const INTEGRATORS: [Integrator; 6] = [
+    Integrator::LinearlyImplicitEuler,
+    Integrator::PaperEuler,
+    Integrator::Sdirk2,
+    Integrator::Rodas4,
+    Integrator::SymplecticEuler,
+    Integrator::RungeKutta4,
+];
+
 const INERTIA: [f64; 3] = [(0.01 + 0.0036) / 12.0, (0.25 + 0.0036) / 12.0, (0.25 + 0.01) / 12.0];
 
 /// Rods of 0.5 × 0.1 × 0.06 m and 1 kg end to end along x, turning at (3, 0, 0.5) about the first one's end.
@@ -39,15 +48,10 @@ fn positions(world: &World, bodies: &[Body]) -> Vec<Vec3> {
 }
 
 /// Kinetic and elastic energy, and with it the potential in gravity, zero at the pin.
-fn energies(world: &World, bodies: &[Body], stiffness: f64) -> (f64, f64) {
-    let states: Vec<Rigid> = bodies.iter().map(|&body| *world.rigid(body).unwrap()).collect();
-    let mut elastic = 0.0;
-    for (k, pair) in states.windows(2).enumerate() {
-        let arm = if k == 0 { Vec3::zeros() } else { Vec3::x() * 0.25 };
-        elastic += 0.5 * stiffness * ball(pair[0], pair[1], arm, -Vec3::x() * 0.25).norm_squared();
-    }
+fn energies(world: &World, bodies: &[Body]) -> (f64, f64) {
+    let states: Vec<Rigid> = bodies.iter().map(|&body| world.rigid(body).unwrap()).collect();
     let potential: f64 = states.iter().map(|state| 9.81 * state.position.z).sum();
-    let total = world.mechanical_energy() + elastic;
+    let total = world.energy();
     (total - potential, total)
 }
 
@@ -55,13 +59,18 @@ fn energies(world: &World, bodies: &[Body], stiffness: f64) -> (f64, f64) {
 /// larger of what it was and the range of kinetic and elastic energy.
 fn run(stiffness: f64, h: f64, time: f64, integrator: Integrator) -> Option<Vec<Vec3>> {
     let (mut world, bodies) = chain(10, stiffness, 1.0);
-    let (moving, start) = energies(&world, &bodies, stiffness);
+    world.settings.integrator = integrator;
+    // What is looked for is where energy grows.
+    world.settings.energy_growth = 1e6;
+    world.settings.tolerance = 1e6;
+    let (moving, start) = energies(&world, &bodies);
     let (mut low, mut high, mut most) = (moving, moving, start);
     for _ in 0..(time / h).round() as usize {
-        if world.step(h, integrator).ok()?.rejected > 0 {
+        let report = world.step(h).ok()?;
+        if report.rejected > 0 {
             return None;
         }
-        let (moving, total) = energies(&world, &bodies, stiffness);
+        let (moving, total) = energies(&world, &bodies);
         (low, high, most) = (low.min(moving), high.max(moving), most.max(total));
     }
     let grown = (most - start) / start.abs().max(high - low);
@@ -108,17 +117,20 @@ fn the_default_integrator_is_stable_and_accurate() {
 #[test]
 fn orders_of_convergence() {
     let soft = 1e3;
-    let fine = run(soft, 2e-5, 0.2, Integrator::Sdirk2).unwrap();
+    let fine = run(soft, 5e-5, 0.2, Integrator::RungeKutta4).unwrap();
     let cases = [
-        (Integrator::LinearlyImplicitEuler, 1.0),
-        (Integrator::SymplecticEuler, 1.0),
-        (Integrator::Sdirk2, 2.0),
+        (Integrator::LinearlyImplicitEuler, 1.0, 1e-3),
+        (Integrator::PaperEuler, 1.0, 1e-3),
+        (Integrator::SymplecticEuler, 1.0, 1e-3),
+        (Integrator::Sdirk2, 2.0, 1e-3),
+        (Integrator::RungeKutta4, 4.0, 4e-3),
+        (Integrator::Rodas4, 4.0, 4e-3),
     ];
-    for (integrator, order) in cases {
-        let [a, b] = [1e-3, 5e-4].map(|h| distance(&run(soft, h, 0.2, integrator).unwrap(), &fine));
+    for (integrator, order, h) in cases {
+        let [a, b] = [h, h / 2.0].map(|h| distance(&run(soft, h, 0.2, integrator).unwrap(), &fine));
         let measured = (a / b).log2();
         println!("{integrator:?}: errors {a:.3e} {b:.3e}, order {measured:.2}");
-        assert!((measured - order).abs() < 0.2, "{integrator:?} is of order {measured}");
+        assert!((measured - order).abs() < 0.3, "{integrator:?} is of order {measured}");
     }
 }
 
@@ -127,13 +139,14 @@ fn residuals_are_small_and_time_is_linear() {
     let mut times = Vec::new();
     for rods in [1_000, 10_000] {
         let (mut world, _) = chain(rods, 1e6, 1.0);
+        world.settings.integrator = Integrator::LinearlyImplicitEuler;
         for _ in 0..3 {
-            let report = world.step(1e-3, Integrator::LinearlyImplicitEuler).unwrap();
+            let report = world.step(1e-3).unwrap();
             assert!(report.residual <= 1e-10, "{report:?}");
         }
         let time = |_| {
             let start = std::time::Instant::now();
-            world.step(1e-3, Integrator::LinearlyImplicitEuler).unwrap();
+            world.step(1e-3).unwrap();
             start.elapsed().as_secs_f64()
         };
         times.push((0..20).map(time).fold(f64::MAX, f64::min) / rods as f64);
@@ -145,12 +158,13 @@ fn residuals_are_small_and_time_is_linear() {
 
 #[test]
 fn steps_allocate_nothing() {
-    for integrator in [Integrator::Sdirk2, Integrator::LinearlyImplicitEuler] {
+    for integrator in INTEGRATORS {
         let (mut world, _) = chain(10, 1e6, 1.0);
-        world.step(1e-3, integrator).unwrap();
+        world.settings.integrator = integrator;
+        world.step(1e-3).unwrap();
         let counted = allocation_counter::measure(|| {
             for _ in 0..10 {
-                world.step(1e-3, integrator).unwrap();
+                world.step(1e-3).unwrap();
             }
         });
         assert_eq!(counted.count_total, 0);
@@ -167,7 +181,7 @@ fn loops_are_solved() {
         world.add(params, [hub, body]).unwrap();
     }
     for _ in 0..10 {
-        assert!(world.step(1e-3, Integrator::Sdirk2).unwrap().residual <= 1e-8);
+        assert!(world.step(1e-3).unwrap().residual <= 1e-8);
     }
 }
 
@@ -175,10 +189,10 @@ fn loops_are_solved() {
 fn wrong_things_are_refused() {
     let (mut world, bodies) = chain(3, 1e6, 1.0);
     let before = positions(&world, &bodies);
-    assert_eq!(world.step(0.0, Integrator::Sdirk2).unwrap().accepted, 0);
+    assert_eq!(world.step(0.0).unwrap().accepted, 0);
     assert_eq!(positions(&world, &bodies), before);
-    assert_eq!(world.step(-1.0, Integrator::Sdirk2), Err(Error::NegativeStep));
-    assert_eq!(world.step(f64::NAN, Integrator::Sdirk2), Err(Error::NotFinite("step")));
+    assert_eq!(world.step(-1.0), Err(Error::NegativeStep));
+    assert_eq!(world.step(f64::NAN), Err(Error::NotFinite("step")));
     assert_eq!(world.add_rigid(Rigid::default(), Motion::Dynamic(0.0, Vec3::x())), Err(Error::NotPositive));
     let long = Quat::new_unchecked(nalgebra_quaternion(1.1));
     let body = world.add_rigid(Rigid { orientation: long, ..Rigid::default() }, Motion::Kinematic).unwrap();
@@ -189,19 +203,23 @@ fn wrong_things_are_refused() {
 
     // A force that is not finite stops the step, and the state is the last good one.
     let params = ball::Params { arm_a: [f64::NAN; 3], arm_b: [0.0; 3], stiffness: 1.0, damping: 0.0 };
+    assert_eq!(world.add(params, [bodies[1], bodies[2]]), Err(Error::NotFinite("ball")));
+    let params = ball::Params { arm_a: [1e300; 3], stiffness: 1e300, ..params };
     let force = world.add(params, [bodies[1], bodies[2]]).unwrap();
-    assert_eq!(world.step(1e-3, Integrator::Sdirk2), Err(Error::StepFailed));
+    assert_eq!(world.step(1e-3).unwrap().quarantined, 1);
+    assert_eq!(world.is_quarantined(bodies[1]), Ok(true));
     assert_eq!(positions(&world, &bodies), before);
     world.remove_force(force).unwrap();
+    world.wake(bodies[1]).unwrap();
     assert_eq!(world.remove_force(force), Err(Error::UnknownHandle));
-    assert!(world.step(1e-3, Integrator::Sdirk2).is_ok());
+    assert!(world.step(1e-3).is_ok());
 
     // Handles outlive the removal of others.
     world.remove_body(bodies[1]).unwrap();
     assert_eq!(world.rigid(bodies[1]), Err(Error::UnknownHandle));
     assert!(world.rigid(bodies[2]).is_ok());
     assert_eq!(world.force_count(), 1);
-    assert!(world.step(1e-3, Integrator::Sdirk2).is_ok());
+    assert!(world.step(1e-3).is_ok());
 }
 
 fn nalgebra_quaternion(w: f64) -> forcec_runtime::nalgebra::Quaternion<f64> {

@@ -1,0 +1,182 @@
+//! Step control: a time is covered by steps that are good, or the island stands still and says so.
+//!
+//! A step is good if what it solved, it solved, if all is finite, and if energy did not grow beyond the work done from
+//! outside. A step that is not is discarded and its time covered in halves, ten times over at most. If that does not
+//! help, the time is covered anew with semi-definite derivatives, and then with stiffness capped too; if nothing does, the
+//! island is quarantined at the state it had. A method with an estimate of its error chooses its steps by that instead.
+
+use crate::assemble::Guard;
+use crate::island::{Island, Life};
+use crate::methods::Integrator;
+use crate::report::Report;
+use crate::settings::Settings;
+use nalgebra::{RealField, Vector3, convert};
+
+/// How often a step may be halved.
+const HALVINGS: u32 = 10;
+
+/// Capped stiffness, in units of mass / step².
+const CAP: f64 = 100.0;
+
+impl<R: RealField + Copy> Island<R> {
+    /// Covers a time, or comes to stand still.
+    pub(crate) fn cover(&mut self, h: R, gravity: Vector3<R>, settings: &Settings<R>) -> Report {
+        let mut report = Report { awake: 1, ..Report::default() };
+        self.save_frame();
+        let lightest = self.store.members.iter().flatten().filter_map(|member| member.inertia());
+        let lightest = lightest.map(|(mass, _)| mass).reduce(|a, b| a.min(b)).unwrap_or(R::one());
+        let cap = lightest * convert::<f64, R>(CAP) / (h * h);
+        let covered = [Guard::None, Guard::SemiDefinite, Guard::Capped(cap)].into_iter().any(|guard| {
+            match guard {
+                Guard::None => {}
+                Guard::SemiDefinite => report.semi_definite = 1,
+                Guard::Capped(_) => report.capped = 1,
+            }
+            let covered = match settings.integrator {
+                Integrator::Rodas4 => self.cover_by_error(h, guard, gravity, settings, &mut report),
+                _ => self.cover_by_halves(h, guard, gravity, settings, &mut report),
+            };
+            if !covered {
+                self.restore_frame();
+                self.control.size = None;
+            }
+            covered
+        });
+        if !covered {
+            self.life = Life::Quarantined;
+            report.quarantined = 1;
+        }
+        let energy = self.energy(gravity);
+        report.energy = as_f64(energy.total) + self.potential_of_origin(gravity);
+        report.gap = as_f64(energy.gap);
+        report
+    }
+
+    fn cover_by_halves(
+        &mut self,
+        h: R,
+        guard: Guard<R>,
+        gravity: Vector3<R>,
+        settings: &Settings<R>,
+        report: &mut Report,
+    ) -> bool {
+        let (half, two) = (convert::<f64, R>(0.5), convert::<f64, R>(2.0));
+        let (mut size, mut depth, mut left) = (h, 0, 1_u32);
+        let halve = |size: &mut R, depth: &mut u32, left: &mut u32| {
+            (*size, *depth, *left) = (*size * half, *depth + 1, *left * 2);
+        };
+        // Not far above the last size that was good.
+        while depth < HALVINGS && self.control.size.is_some_and(|last| size > last * two) {
+            halve(&mut size, &mut depth, &mut left);
+        }
+        while left > 0 {
+            if self.try_step(size, guard, gravity, settings, report).is_some() {
+                left -= 1;
+                self.control.size = Some(size);
+            } else if depth < HALVINGS {
+                halve(&mut size, &mut depth, &mut left);
+            } else {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn cover_by_error(
+        &mut self,
+        h: R,
+        guard: Guard<R>,
+        gravity: Vector3<R>,
+        settings: &Settings<R>,
+        report: &mut Report,
+    ) -> bool {
+        let number = convert::<f64, R>;
+        let smallest = h * number(f64::from(2_u32.pow(2 * HALVINGS)).recip());
+        let mut left = h;
+        let mut size = self.control.size.unwrap_or(h).min(h);
+        let mut most = number(5.0);
+        loop {
+            // The last two steps share what is left.
+            let last = size >= left * number(0.999);
+            let step = if last { left } else { size.min(left) };
+            let error = self.try_step(step, guard, gravity, settings, report);
+            let share = error.map(|error| error / settings.tolerance);
+            // One step errs by the fourth power of its size.
+            let factor = share.map_or(number(0.25), |share| {
+                (number(0.9) / share.max(number(1e-8)).sqrt().sqrt()).max(number(0.2)).min(most)
+            });
+            if share.is_some_and(|share| share <= R::one()) {
+                most = number(5.0);
+                size = step * factor;
+                if !last || self.control.size.is_none_or(|size| size < step * factor) {
+                    self.control.size = Some(size);
+                }
+                if last {
+                    return true;
+                }
+                left -= step;
+            } else {
+                if share.is_some() {
+                    report.accepted -= 1;
+                    report.rejected += 1;
+                    self.restore();
+                    self.control.energy = None;
+                }
+                (size, most) = (step * factor, R::one());
+                if size < smallest {
+                    return false;
+                }
+            }
+        }
+    }
+
+    /// One step: its error if it is good; else nothing, and the state is the one before it.
+    fn try_step(
+        &mut self,
+        h: R,
+        guard: Guard<R>,
+        gravity: Vector3<R>,
+        settings: &Settings<R>,
+        report: &mut Report,
+    ) -> Option<R> {
+        let number = convert::<f64, R>;
+        let before = self.energy(gravity);
+        let outcome = self.attempt(h, guard, gravity, settings, report);
+        // Of single precision a thousand roundings, of double precision far more than that.
+        let bound = R::default_epsilon().sqrt().min(number(1e-4));
+        let solved = outcome.filter(|outcome| outcome.residual.is_finite() && outcome.residual <= bound);
+        let Some(outcome) = solved.filter(|_| self.store.is_finite()) else {
+            self.restore();
+            report.rejected += 1;
+            return None;
+        };
+        let after = self.measure(gravity);
+        let most = self.control.most.max(before.moving).max(after.moving);
+        let noise = (before.terms + after.terms) * R::default_epsilon() * number(100.0);
+        let work = (self.assembled().0 * h).max(R::zero()) * number(2.0);
+        let grown = after.total - before.total;
+        // An error estimate sees more than energy does.
+        let chosen = outcome.error.is_some() || grown <= most * settings.energy_growth + work + noise;
+        if !chosen || !grown.is_finite() {
+            self.restore();
+            report.rejected += 1;
+            return None;
+        }
+        self.control.energy = Some(after);
+        self.control.most = most;
+        report.accepted += 1;
+        report.residual = report.residual.max(as_f64(outcome.residual));
+        Some(outcome.error.unwrap_or(R::zero()))
+    }
+
+    /// What the island's origin adds to its potential in gravity.
+    fn potential_of_origin(&self, gravity: Vector3<R>) -> f64 {
+        let mass = self.store.members.iter().flatten().filter_map(|member| member.inertia());
+        let mass: f64 = mass.map(|(mass, _)| as_f64(mass)).sum();
+        -mass * gravity.map(as_f64).dot(&self.origin)
+    }
+}
+
+pub(crate) fn as_f64<R: RealField + Copy>(x: R) -> f64 {
+    x.to_subset_unchecked()
+}

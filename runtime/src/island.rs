@@ -1,0 +1,440 @@
+//! Islands: bodies that forces tie together, stepped apart from all others.
+//!
+//! An island owns its bodies, in arrays that count from an origin of its own in double precision, the forces between
+//! them, and the system of a step. Bodies that no force moves stand in every island that holds on to them.
+
+use crate::assemble::{Assembly, Guard};
+use crate::batch::Batch;
+use crate::kernel::BodyKind;
+use crate::methods::{Model, Outcome, Stepper};
+use crate::report::Report;
+use crate::settings::Settings;
+use crate::sparse::System;
+use crate::store::{Poses, Store};
+use crate::world::Motion;
+use nalgebra::{RealField, SVector, Vector3, convert};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What an island does when the world is stepped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) enum Life {
+    #[default]
+    Awake,
+    Asleep,
+    /// It stands at its last good state: no step from there is good.
+    Quarantined,
+}
+
+pub(crate) struct Island<R: RealField + Copy> {
+    /// Where positions count from.
+    pub(crate) origin: Vector3<f64>,
+    pub(crate) store: Store<R>,
+    pub(crate) batches: Vec<Box<dyn Batch<R>>>,
+    pub(crate) life: Life,
+    /// Bodies or forces have come or gone.
+    pub(crate) changed: bool,
+    /// Something was removed: it may have fallen apart.
+    pub(crate) torn: bool,
+    pub(crate) control: Control<R>,
+    engine: Engine<R>,
+    /// For each node its neighbours, for cuts.
+    neighbours: Vec<Vec<usize>>,
+    /// States before the whole time, and before a step.
+    frame: Poses<R>,
+    saved: Poses<R>,
+}
+
+/// What step control remembers from step to step.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Control<R> {
+    /// Energy at the present state, if it is known.
+    pub(crate) energy: Option<Energy<R>>,
+    /// The most kinetic and elastic energy there has been.
+    pub(crate) most: R,
+    /// The size of the last good step.
+    pub(crate) size: Option<R>,
+    /// For how long it has been slow.
+    pub(crate) still: R,
+    /// Steps that were cut.
+    pub(crate) cuts: u64,
+}
+
+/// Energy of an island, the potential of gravity being zero at its origin.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Energy<R> {
+    /// Kinetic and elastic.
+    pub(crate) moving: R,
+    pub(crate) total: R,
+    /// How large the terms are that were added.
+    pub(crate) terms: R,
+    pub(crate) gap: R,
+}
+
+/// Storage of a step, by the size of blocks.
+enum Engine<R: RealField + Copy> {
+    Three(Box<Model<R, 3>>),
+    Six(Box<Model<R, 6>>),
+}
+
+impl<R: RealField + Copy> Island<R> {
+    pub(crate) fn new(origin: Vector3<f64>) -> Island<R> {
+        Island {
+            origin,
+            store: Store::default(),
+            batches: Vec::new(),
+            life: Life::Awake,
+            changed: true,
+            torn: false,
+            control: Control { energy: None, most: R::zero(), size: None, still: R::zero(), cuts: 0 },
+            engine: Engine::Three(Box::new(Model::new(Assembly::default()))),
+            neighbours: Vec::new(),
+            frame: Poses::default(),
+            saved: Poses::default(),
+        }
+    }
+
+    /// Bodies or forces have changed in a way that ends sleep: what step control knew is void.
+    pub(crate) fn wake(&mut self) {
+        self.control.energy = None;
+        self.stir();
+    }
+
+    /// Something acts on it anew: what step control knew of its energy still holds.
+    pub(crate) fn stir(&mut self) {
+        self.control.still = R::zero();
+        if self.life == Life::Asleep {
+            self.life = Life::Awake;
+        }
+    }
+
+    /// After a step: falls asleep if it has been slow for long enough.
+    pub(crate) fn rest(&mut self, h: R, settings: &Settings<R>) {
+        let Some(sleep) = settings.sleep else { return };
+        let slow = |v: &Vector3<R>| v.norm_squared() < sleep.speed * sleep.speed;
+        let rigid = self.store.rigid.iter().all(|body| slow(&body.velocity) && slow(&body.angular_velocity));
+        let resting = rigid && self.store.particles.iter().all(|body| slow(&body.velocity));
+        self.control.still = if resting { self.control.still + h } else { R::zero() };
+        if self.control.still >= sleep.time && self.life == Life::Awake {
+            self.life = Life::Asleep;
+        }
+    }
+
+    /// The batch of a kernel like this one.
+    pub(crate) fn batch_like(&mut self, model: &dyn Batch<R>) -> usize {
+        let wanted = model.as_any().type_id();
+        match self.batches.iter().position(|batch| batch.as_any().type_id() == wanted) {
+            Some(batch) => batch,
+            None => {
+                self.batches.push(model.empty());
+                self.batches.len() - 1
+            }
+        }
+    }
+
+    /// Takes over some bodies of another island and all forces between them, in their order; a body that no force moves
+    /// comes along where a force needs it.
+    pub(crate) fn take_from(&mut self, other: &Island<R>, wanted: &dyn Fn(BodyKind, usize) -> bool) {
+        let shift: Vector3<R> = (other.origin - self.origin).map(convert);
+        let mut places: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        let bring = |store: &mut Store<R>, kind: BodyKind, index: usize| {
+            let member = &other.store.members[kind as usize][index];
+            let known = match member.motion {
+                Motion::Dynamic(..) => None,
+                Motion::Kinematic => {
+                    store.members[kind as usize].iter().position(|own| own.entry == member.entry)
+                }
+            };
+            known.unwrap_or_else(|| {
+                let mut state = other.store.get(kind, index);
+                state.position += shift;
+                store.push(kind, state, member.clone())
+            })
+        };
+        for (kind, index, member) in other.store.iter() {
+            if member.motion != Motion::Kinematic && wanted(kind, index) {
+                places.insert((kind as usize, index), bring(&mut self.store, kind, index));
+            }
+        }
+        for batch in &other.batches {
+            for at in 0..batch.entries().len() {
+                let bodies = || batch.kinds().iter().copied().zip(batch.indices(at).iter().copied());
+                let is_moved = |(kind, index): &(BodyKind, usize)| {
+                    other.store.members[*kind as usize][*index].motion != Motion::Kinematic
+                };
+                if !bodies().filter(is_moved).any(|(kind, index)| wanted(kind, index)) {
+                    continue;
+                }
+                for (kind, index) in bodies() {
+                    places
+                        .entry((kind as usize, index))
+                        .or_insert_with(|| bring(&mut self.store, kind, index));
+                }
+                let own = self.batch_like(batch.as_ref());
+                let place = |kind: BodyKind, index: usize| places[&(kind as usize, index)];
+                batch.copy_to(at, self.batches[own].as_mut(), &place);
+            }
+        }
+        self.changed = true;
+    }
+
+    /// The parts it consists of, if it has fallen apart: for each body of each type the number of its part.
+    pub(crate) fn parts(&self) -> Option<(usize, [Vec<usize>; 2])> {
+        let offset = self.store.rigid.len();
+        let number = |kind: BodyKind, index: usize| index + if kind == BodyKind::Rigid { 0 } else { offset };
+        let mut sets = Sets::new(offset + self.store.particles.len());
+        for batch in &self.batches {
+            for at in 0..batch.entries().len() {
+                let bodies = batch.kinds().iter().zip(batch.indices(at));
+                let mut moved = bodies
+                    .filter(|&(&kind, &index)| {
+                        self.store.members[kind as usize][index].motion != Motion::Kinematic
+                    })
+                    .map(|(&kind, &index)| number(kind, index));
+                if let Some(first) = moved.next() {
+                    moved.for_each(|other| sets.join(first, other));
+                }
+            }
+        }
+        let mut numbers = BTreeMap::new();
+        let mut parts = [vec![usize::MAX; offset], vec![usize::MAX; self.store.particles.len()]];
+        for (kind, index, member) in self.store.iter() {
+            if member.motion != Motion::Kinematic {
+                let next = numbers.len();
+                let part = *numbers.entry(sets.root(number(kind, index))).or_insert(next);
+                parts[kind as usize][index] = part;
+            }
+        }
+        (numbers.len() > 1).then_some((numbers.len(), parts))
+    }
+
+    /// Numbers the nodes and lays out the system anew, if bodies or forces have changed.
+    pub(crate) fn prepare(&mut self) {
+        if !std::mem::take(&mut self.changed) {
+            return;
+        }
+        self.batches.retain(|batch| !batch.entries().is_empty());
+        let mut count = 0;
+        let nodes = self.store.members.each_ref().map(|members| {
+            let number = |motion| {
+                let moved = motion != Motion::Kinematic;
+                count += usize::from(moved);
+                moved.then(|| count - 1)
+            };
+            members.iter().map(|member| member.motion).map(number).collect::<Vec<_>>()
+        });
+        let mut neighbours = vec![BTreeSet::new(); count];
+        for batch in &self.batches {
+            for at in 0..batch.entries().len() {
+                let bodies = batch.kinds().iter().zip(batch.indices(at));
+                let own: Vec<usize> =
+                    bodies.filter_map(|(&kind, &index)| nodes[kind as usize][index]).collect();
+                for &a in &own {
+                    neighbours[a].extend(own.iter().filter(|&&b| b != a));
+                }
+            }
+        }
+        let turns = self.store.members[0].iter().any(|member| member.motion != Motion::Kinematic);
+        self.engine = if turns {
+            Engine::Six(Box::new(self.model(nodes, neighbours)))
+        } else {
+            Engine::Three(Box::new(self.model(nodes, neighbours)))
+        };
+        self.control.energy = None;
+    }
+
+    fn model<const D: usize>(
+        &mut self,
+        mut nodes: [Vec<Option<usize>>; 2],
+        neighbours: Vec<BTreeSet<usize>>,
+    ) -> Model<R, D> {
+        let (system, place) = System::<R, D>::new(neighbours.clone());
+        for node in nodes.iter_mut().flatten().flatten() {
+            *node = place[*node];
+        }
+        self.neighbours = vec![Vec::new(); place.len()];
+        for (node, near) in neighbours.into_iter().enumerate() {
+            self.neighbours[place[node]] = near.into_iter().map(|other| place[other]).collect();
+        }
+        for batch in &mut self.batches {
+            batch.place(&|(kind, row), (other, column)| {
+                let row = nodes[kind as usize][row]?;
+                Some(system.place(row, nodes[other as usize][column]?))
+            });
+        }
+        let zeros = vec![SVector::zeros(); place.len()];
+        Model::new(Assembly {
+            system,
+            force: zeros.clone(),
+            drift: zeros.clone(),
+            driven: zeros,
+            nodes,
+            ..Assembly::default()
+        })
+    }
+
+    /// Energy and the largest gap at the present state.
+    pub(crate) fn measure(&self, gravity: Vector3<R>) -> Energy<R> {
+        let half = convert::<f64, R>(0.5);
+        let (mut kinetic, mut potential, mut terms, mut gap) = (R::zero(), R::zero(), R::zero(), R::zero());
+        let mut fall = |mass: R, position: Vector3<R>| {
+            let energy = -mass * gravity.dot(&position);
+            potential += energy;
+            terms += energy.abs();
+        };
+        for (body, member) in self.store.rigid.iter().zip(&self.store.members[0]) {
+            if let Some((mass, moments)) = member.inertia() {
+                let spin = body.orientation.inverse_transform_vector(&body.angular_velocity);
+                let turning = spin.dot(&moments.component_mul(&spin));
+                kinetic += half * (mass * body.velocity.norm_squared() + turning);
+                fall(mass, body.position);
+            }
+        }
+        for (body, member) in self.store.particles.iter().zip(&self.store.members[1]) {
+            if let Some((mass, _)) = member.inertia() {
+                kinetic += half * mass * body.velocity.norm_squared();
+                fall(mass, body.position);
+            }
+        }
+        let mut moving = kinetic;
+        for batch in &self.batches {
+            let one = batch.measure(&self.store.bodies());
+            moving += one.energy;
+            terms += one.energy.abs();
+            gap = gap.max(one.gap);
+        }
+        Energy { moving, total: moving + potential, terms: terms + kinetic, gap }
+    }
+
+    /// The same, remembered while the state stays.
+    pub(crate) fn energy(&mut self, gravity: Vector3<R>) -> Energy<R> {
+        let energy = self.control.energy.unwrap_or_else(|| self.measure(gravity));
+        self.control.energy = Some(energy);
+        energy
+    }
+
+    /// Before a time: states to come back to.
+    pub(crate) fn save_frame(&mut self) {
+        self.store.save(&mut self.frame);
+    }
+
+    pub(crate) fn restore_frame(&mut self) {
+        self.store.restore(&self.frame);
+        self.control.energy = None;
+    }
+
+    /// One step from the present state, which is kept to come back to.
+    pub(crate) fn attempt(
+        &mut self,
+        h: R,
+        guard: Guard<R>,
+        gravity: Vector3<R>,
+        settings: &Settings<R>,
+        report: &mut Report,
+    ) -> Option<Outcome<R>> {
+        self.store.save(&mut self.saved);
+        let parts = self.cut(settings);
+        let Island { store, saved, batches, engine, .. } = self;
+        let solver = settings.solver;
+        match engine {
+            Engine::Three(model) => {
+                model.assembly.guard = guard;
+                model.assembly.system.parts = parts;
+                Stepper { store, saved, batches, model, gravity, solver, report }.step(h, settings.integrator)
+            }
+            Engine::Six(model) => {
+                model.assembly.guard = guard;
+                model.assembly.system.parts = parts;
+                Stepper { store, saved, batches, model, gravity, solver, report }.step(h, settings.integrator)
+            }
+        }
+    }
+
+    pub(crate) fn restore(&mut self) {
+        self.store.restore(&self.saved);
+    }
+
+    /// Work by time of what has no potential, and forces that were scaled down, as assembled last.
+    pub(crate) fn assembled(&self) -> (R, usize) {
+        match &self.engine {
+            Engine::Three(model) => (model.assembly.power, model.assembly.capped),
+            Engine::Six(model) => (model.assembly.power, model.assembly.capped),
+        }
+    }
+
+    /// A body within the last step of `Rodas4`, at a share of its time.
+    pub(crate) fn between(&self, kind: BodyKind, index: usize, share: R) -> Option<crate::Rigid<R>> {
+        let saved = match kind {
+            BodyKind::Rigid => *self.saved.rigid.get(index)?,
+            BodyKind::Particle => crate::store::as_rigid(self.saved.particles.get(index)?),
+        };
+        match &self.engine {
+            Engine::Three(model) => model.between(kind, index, share, saved),
+            Engine::Six(model) => model.between(kind, index, share, saved),
+        }
+    }
+
+    /// Parts of at most so many nodes, grown from a node that differs from step to step.
+    fn cut(&mut self, settings: &Settings<R>) -> Vec<u32> {
+        let count = self.neighbours.len();
+        let Some(decoupling) = settings.decoupling.filter(|it| it.limit < count) else { return Vec::new() };
+        self.control.cuts += 1;
+        let start = mix(decoupling.seed ^ mix(self.control.cuts)) as usize % count;
+        let mut order = Vec::with_capacity(count);
+        let mut seen = vec![false; count];
+        // Nodes of other pieces follow in their order; a piece is an island of its own but for fixed bodies.
+        for first in (start..count).chain(0..start) {
+            if std::mem::replace(&mut seen[first], true) {
+                continue;
+            }
+            let mut next = order.len();
+            order.push(first);
+            while let Some(&node) = order.get(next) {
+                next += 1;
+                for &other in &self.neighbours[node] {
+                    if !std::mem::replace(&mut seen[other], true) {
+                        order.push(other);
+                    }
+                }
+            }
+        }
+        let mut parts = vec![0; count];
+        for (k, node) in order.into_iter().enumerate() {
+            parts[node] = (k / decoupling.limit.max(1)) as u32;
+        }
+        parts
+    }
+}
+
+/// Scrambles a number; Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.
+fn mix(seed: u64) -> u64 {
+    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// Disjoint sets of numbers.
+struct Sets(Vec<usize>);
+
+impl Sets {
+    fn new(count: usize) -> Sets {
+        Sets((0..count).collect())
+    }
+
+    fn root(&mut self, mut node: usize) -> usize {
+        while self.0[node] != node {
+            self.0[node] = self.0[self.0[node]];
+            node = self.0[node];
+        }
+        node
+    }
+
+    /// The lower root stays.
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}

@@ -1,0 +1,238 @@
+//! Iterative solvers of a system, preconditioned by its diagonal blocks.
+//!
+//! Conjugate gradients are for symmetric systems; the others take any. CGS and BiCG are the paper's, D'Amora et al., IBM
+//! Systems Journal 45(1), 2006, whose text has signs to be mended: r −= α A p, and β from the new residuals. A solver
+//! that divides by zero, or meets what is not finite, has broken down and says so.
+
+use crate::sparse::{System, factor_block, solve_block};
+use nalgebra::{RealField, SVector, convert};
+
+/// A method for the linear system of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Solver {
+    /// Block elimination where the fill is small, else stabilised biconjugate gradients; and elimination where they fail.
+    #[default]
+    Automatic,
+    /// Block elimination.
+    Direct,
+    /// Conjugate gradients, Hestenes and Stiefel 1952; for symmetric systems.
+    ConjugateGradients,
+    /// Stabilised biconjugate gradients, van der Vorst 1992.
+    BiCgStab,
+    /// Conjugate gradients squared, Sonneveld 1989.
+    Cgs,
+    /// Biconjugate gradients, Fletcher 1976.
+    BiCg,
+}
+
+/// Vectors that iterations work on, kept from step to step.
+#[derive(Clone, Debug)]
+pub(crate) struct Workspace<R: RealField, const D: usize> {
+    x: Vec<SVector<R, D>>,
+    vectors: [Vec<SVector<R, D>>; 8],
+}
+
+impl<R: RealField, const D: usize> Default for Workspace<R, D> {
+    fn default() -> Workspace<R, D> {
+        Workspace { x: Vec::new(), vectors: Default::default() }
+    }
+}
+
+/// Iterations may not be more than this many times the unknowns.
+const PATIENCE: usize = 4;
+
+impl<R: RealField + Copy, const D: usize> System<R, D> {
+    /// Replaces the right-hand side by the solution: iterations, or nothing if the method broke down.
+    pub(crate) fn iterate(
+        &mut self,
+        method: Solver,
+        tolerance: R,
+        space: &mut Workspace<R, D>,
+    ) -> Option<usize> {
+        let nodes = self.nodes();
+        space.x.clear();
+        space.x.resize(nodes, SVector::zeros());
+        for vector in &mut space.vectors {
+            vector.clear();
+            vector.resize(nodes, SVector::zeros());
+        }
+        self.factors[..nodes].copy_from_slice(&self.blocks[..nodes]);
+        self.factors[..nodes].iter_mut().for_each(factor_block);
+        let goal = tolerance * norm(&self.rhs);
+        let iterations = match method {
+            Solver::ConjugateGradients => self.conjugate_gradients(goal, space),
+            Solver::Cgs => self.cgs(goal, space),
+            Solver::BiCg => self.bicg(goal, space),
+            _ => self.bicgstab(goal, space),
+        }?;
+        self.keep_rhs();
+        self.rhs.copy_from_slice(&space.x);
+        Some(iterations)
+    }
+
+    /// y = P⁻¹ x, P the diagonal blocks.
+    fn precondition(&self, x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
+        for ((y, x), lu) in y.iter_mut().zip(x).zip(&self.factors) {
+            *y = *x;
+            solve_block(lu, y);
+        }
+    }
+
+    /// y = P⁻ᵀ x: Uᵀ, then Lᵀ.
+    fn precondition_transposed(&self, x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
+        for ((y, x), lu) in y.iter_mut().zip(x).zip(&self.factors) {
+            *y = *x;
+            for k in 0..D {
+                y[k] *= lu[(k, k)];
+                let value = y[k];
+                for i in k + 1..D {
+                    y[i] -= lu[(k, i)] * value;
+                }
+            }
+            for k in (0..D).rev() {
+                let value = y[k];
+                for i in 0..k {
+                    y[i] -= lu[(k, i)] * value;
+                }
+            }
+        }
+    }
+
+    fn limit(&self) -> usize {
+        PATIENCE * D * self.nodes() + 10
+    }
+
+    fn conjugate_gradients(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
+        let Workspace { x, vectors: [r, z, p, q, ..] } = space;
+        r.copy_from_slice(&self.rhs);
+        let mut old = R::one();
+        for iteration in 0..self.limit() {
+            if norm(r) <= goal {
+                return Some(iteration);
+            }
+            self.precondition(r, z);
+            let rho = dot(r, z);
+            let beta = if iteration == 0 { R::zero() } else { ratio(rho, old)? };
+            combine(p, |k, p| z[k] + p * beta);
+            self.multiply(p, q);
+            // Not positive: the system is not what the method is for.
+            let curvature = dot(p, q);
+            if curvature <= R::zero() {
+                return None;
+            }
+            let alpha = ratio(rho, curvature)?;
+            combine(x, |k, x| x + p[k] * alpha);
+            combine(r, |k, r| r - q[k] * alpha);
+            old = rho;
+        }
+        None
+    }
+
+    fn bicgstab(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
+        let Workspace { x, vectors: [r, shadow, p, v, s, t, ph, sh] } = space;
+        r.copy_from_slice(&self.rhs);
+        shadow.copy_from_slice(r);
+        let (mut old, mut alpha, mut omega) = (R::one(), R::one(), R::one());
+        for iteration in 0..self.limit() {
+            if norm(r) <= goal {
+                return Some(iteration);
+            }
+            let rho = dot(shadow, r);
+            let beta = if iteration == 0 { R::zero() } else { ratio(rho, old)? * ratio(alpha, omega)? };
+            combine(p, |k, p| r[k] + (p - v[k] * omega) * beta);
+            self.precondition(p, ph);
+            self.multiply(ph, v);
+            alpha = ratio(rho, dot(shadow, v))?;
+            combine(s, |k, _| r[k] - v[k] * alpha);
+            combine(x, |k, x| x + ph[k] * alpha);
+            if norm(s) <= goal {
+                return Some(iteration + 1);
+            }
+            self.precondition(s, sh);
+            self.multiply(sh, t);
+            omega = ratio(dot(t, s), dot(t, t))?;
+            combine(x, |k, x| x + sh[k] * omega);
+            combine(r, |k, _| s[k] - t[k] * omega);
+            old = rho;
+        }
+        None
+    }
+
+    fn cgs(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
+        let Workspace { x, vectors: [r, shadow, p, q, u, uh, v, t] } = space;
+        r.copy_from_slice(&self.rhs);
+        shadow.copy_from_slice(r);
+        let mut old = R::one();
+        for iteration in 0..self.limit() {
+            if norm(r) <= goal {
+                return Some(iteration);
+            }
+            let rho = dot(shadow, r);
+            let beta = if iteration == 0 { R::zero() } else { ratio(rho, old)? };
+            combine(u, |k, _| r[k] + q[k] * beta);
+            combine(p, |k, p| u[k] + (q[k] + p * beta) * beta);
+            self.precondition(p, uh);
+            self.multiply(uh, v);
+            let alpha = ratio(rho, dot(shadow, v))?;
+            combine(q, |k, _| u[k] - v[k] * alpha);
+            combine(t, |k, _| u[k] + q[k]);
+            self.precondition(t, uh);
+            combine(x, |k, x| x + uh[k] * alpha);
+            self.multiply(uh, t);
+            combine(r, |k, r| r - t[k] * alpha);
+            old = rho;
+        }
+        None
+    }
+
+    fn bicg(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
+        let Workspace { x, vectors: [r, shadow, p, ps, z, zs, q, qs] } = space;
+        r.copy_from_slice(&self.rhs);
+        shadow.copy_from_slice(r);
+        let mut old = R::one();
+        for iteration in 0..self.limit() {
+            if norm(r) <= goal {
+                return Some(iteration);
+            }
+            self.precondition(r, z);
+            self.precondition_transposed(shadow, zs);
+            let rho = dot(z, shadow);
+            let beta = if iteration == 0 { R::zero() } else { ratio(rho, old)? };
+            combine(p, |k, p| z[k] + p * beta);
+            combine(ps, |k, p| zs[k] + p * beta);
+            self.multiply(p, q);
+            self.multiply_transposed(ps, qs);
+            let alpha = ratio(rho, dot(ps, q))?;
+            combine(x, |k, x| x + p[k] * alpha);
+            combine(r, |k, r| r - q[k] * alpha);
+            combine(shadow, |k, r| r - qs[k] * alpha);
+            old = rho;
+        }
+        None
+    }
+}
+
+/// Each entry of a vector anew from its index and what it was.
+fn combine<R: RealField + Copy, const D: usize>(
+    vector: &mut [SVector<R, D>],
+    entry: impl Fn(usize, SVector<R, D>) -> SVector<R, D>,
+) {
+    for (k, slot) in vector.iter_mut().enumerate() {
+        *slot = entry(k, *slot);
+    }
+}
+
+fn dot<R: RealField + Copy, const D: usize>(a: &[SVector<R, D>], b: &[SVector<R, D>]) -> R {
+    a.iter().zip(b).fold(R::zero(), |sum, (a, b)| sum + a.dot(b))
+}
+
+fn norm<R: RealField + Copy, const D: usize>(a: &[SVector<R, D>]) -> R {
+    dot(a, a).sqrt()
+}
+
+/// a / b, unless that is a breakdown: b = 0, or something is not finite.
+fn ratio<R: RealField + Copy>(a: R, b: R) -> Option<R> {
+    let ratio = a / b;
+    (ratio.is_finite() && b.abs() > convert::<f64, R>(f64::MIN_POSITIVE)).then_some(ratio)
+}

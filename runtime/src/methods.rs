@@ -1,0 +1,606 @@
+//! Methods of integration: one step of one island, without control.
+//!
+//! Poses are counted from the start of the step: x₀ + δx, exp(δθ) q₀, so that δ̇x = v and δ̇θ = dexp⁻¹_δθ(ω). A method
+//! takes the state at the start and leaves the one at the end. Bodies that no force moves go along at their velocity.
+//!
+//! Every implicit method solves (M − hγ D − (hγ)² K) δ = b with K = ∂f/∂x and D = ∂f/∂v. Among the forces is the gyroscopic
+//! torque −ω × Iω with its derivatives; the rotational diagonal block of K carries the inertia term `[τ]× − I [α]×`, since
+//! the inertia turns with the body: τ is the whole torque, α = I⁻¹τ.
+
+use crate::assemble::{Assembly, Wants, add_angular, add_linear, angular, linear, world_inertia};
+use crate::batch::{Batch, Sums};
+use crate::bodies::{Particle, Rigid};
+use crate::iterative::{Solver, Workspace};
+use crate::kernel::BodyKind;
+use crate::report::{Report, span};
+use crate::store::{Poses, Store, moved};
+use nalgebra::{Matrix3, RealField, SMatrix, SVector, Vector3, convert};
+use std::time::Instant;
+
+/// A method of integration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Integrator {
+    /// (M − hD − h²K) δv = h (f₀ + h K v₀), of order one.
+    LinearlyImplicitEuler,
+    /// The same without the derivatives of gyroscopic torque and turning inertia: A = I − hW(∂f/∂v + h ∂f/∂x) as in
+    /// D'Amora et al., IBM Systems Journal 45(1), 2006. For comparison.
+    PaperEuler,
+    /// Two stages with γ = 1 − 1/√2, L-stable, of order two; each stage is linearised at its predicted pose.
+    #[default]
+    Sdirk2,
+    /// Six stages with one matrix, of order four, with an estimate of its error that chooses the steps; Hairer and
+    /// Wanner, Solving Ordinary Differential Equations II, 1996.
+    Rodas4,
+    /// v += h M⁻¹f, then x ⊕= h v, of order one; explicit.
+    SymplecticEuler,
+    /// The classical method of Runge and Kutta, of order four; explicit.
+    RungeKutta4,
+}
+
+/// What a method works with, kept from step to step.
+pub(crate) struct Model<R: RealField, const D: usize> {
+    pub(crate) assembly: Assembly<R, D>,
+    pub(crate) space: Workspace<R, D>,
+    /// Velocities at the start of the step, and of a stage.
+    start: Vec<SVector<R, D>>,
+    velocity: Vec<SVector<R, D>>,
+    /// Pose of a stage.
+    pose: Vec<SVector<R, D>>,
+    /// What each stage gave, for poses and for velocities.
+    stages: [[Vec<SVector<R, D>>; 6]; 2],
+    /// The two polynomial terms of dense output, for poses and for velocities.
+    dense: [[Vec<SVector<R, D>>; 2]; 2],
+    /// What the whole step adds to poses and velocities.
+    change: [Vec<SVector<R, D>>; 2],
+    /// ∂f/∂t, and the bodies' B of the Rosenbrock method.
+    driven: Vec<SVector<R, D>>,
+    bends: Vec<Matrix3<R>>,
+    /// Blocks that nobody reads.
+    spare: Vec<SMatrix<R, D, D>>,
+}
+
+impl<R: RealField + Copy, const D: usize> Model<R, D> {
+    pub(crate) fn new(assembly: Assembly<R, D>) -> Model<R, D> {
+        Model {
+            assembly,
+            space: Workspace::default(),
+            start: Vec::new(),
+            velocity: Vec::new(),
+            pose: Vec::new(),
+            stages: Default::default(),
+            dense: Default::default(),
+            change: Default::default(),
+            driven: Vec::new(),
+            bends: Vec::new(),
+            spare: Vec::new(),
+        }
+    }
+
+    /// K becomes part of the matrix of a Rosenbrock method: A −= hγ K B.
+    fn bend(&mut self, step: R) {
+        let half = convert::<f64, R>(0.5);
+        self.bends.clear();
+        self.bends.extend(self.start.iter().map(|v| {
+            let matrix = Matrix3::identity() / step - angular(v).cross_matrix() * half;
+            matrix.try_inverse().unwrap_or_else(|| Matrix3::identity() * step)
+        }));
+        let Assembly { system, tangent, .. } = &mut self.assembly;
+        let mut blocks = std::mem::take(&mut system.blocks);
+        system.each_block(|place, _, column| {
+            for row in 0..D {
+                let k = SVector::<R, D>::from_fn(|j, _| tangent[place][(row, j)]);
+                let mut bent = k * step;
+                if D == 6 {
+                    let turned = self.bends[column].tr_mul(&angular(&k));
+                    (3..D).for_each(|j| bent[j] = turned[j - 3]);
+                }
+                for j in 0..D {
+                    blocks[place][(row, j)] -= bent[j] * step;
+                }
+            }
+        });
+        system.blocks = blocks;
+    }
+
+    /// A body at a share of the last step's time, from where it was at its start; none without a step of `Rodas4`.
+    pub(crate) fn between(
+        &self,
+        kind: BodyKind,
+        index: usize,
+        share: R,
+        saved: Rigid<R>,
+    ) -> Option<Rigid<R>> {
+        let node = self.assembly.nodes[kind as usize].get(index).copied()??;
+        let at = |part: usize| {
+            let [third, fourth] = self.dense[part].each_ref().map(|terms| terms.get(node));
+            let bend = (third? + fourth? * share) * (R::one() - share);
+            Some((self.change[part].get(node)? + bend) * share)
+        };
+        let (pose, velocity) = (at(0)?, at(1)?);
+        let body = moved(&saved, linear(&pose), angular(&pose));
+        Some(Rigid {
+            velocity: saved.velocity + linear(&velocity),
+            angular_velocity: saved.angular_velocity + angular(&velocity),
+            ..body
+        })
+    }
+
+    /// B x, for one node.
+    fn bent(&self, node: usize, step: R, x: &SVector<R, D>) -> SVector<R, D> {
+        let mut bent = x * step;
+        if D == 6 {
+            let turned = self.bends[node] * angular(x);
+            (3..D).for_each(|j| bent[j] = turned[j - 3]);
+        }
+        bent
+    }
+}
+
+/// One step of one island.
+pub(crate) struct Stepper<'a, R: RealField, const D: usize> {
+    pub(crate) store: &'a mut Store<R>,
+    /// The bodies at the start of the step.
+    pub(crate) saved: &'a Poses<R>,
+    pub(crate) batches: &'a mut [Box<dyn Batch<R>>],
+    pub(crate) model: &'a mut Model<R, D>,
+    pub(crate) gravity: Vector3<R>,
+    pub(crate) solver: Solver,
+    pub(crate) report: &'a mut Report,
+}
+
+/// How good a step was.
+pub(crate) struct Outcome<R> {
+    /// The largest relative residual of a solution.
+    pub(crate) residual: R,
+    /// The estimated error of the end, m and rad, if the method has one.
+    pub(crate) error: Option<R>,
+}
+
+/// What lets a batch add to assemblies of either size.
+pub(crate) trait Sized3Or6<R: RealField> {
+    fn sums(&mut self) -> Sums<'_, R>;
+}
+
+impl<R: RealField> Sized3Or6<R> for Assembly<R, 3> {
+    fn sums(&mut self) -> Sums<'_, R> {
+        Sums::Three(self)
+    }
+}
+
+impl<R: RealField> Sized3Or6<R> for Assembly<R, 6> {
+    fn sums(&mut self) -> Sums<'_, R> {
+        Sums::Six(self)
+    }
+}
+
+impl<R: RealField + Copy, const D: usize> Stepper<'_, R, D>
+where
+    Assembly<R, D>: Sized3Or6<R>,
+{
+    /// One step; nothing if a solver broke down.
+    pub(crate) fn step(&mut self, h: R, integrator: Integrator) -> Option<Outcome<R>> {
+        let nodes = self.model.assembly.system.nodes();
+        let Model { start, velocity, pose, .. } = &mut *self.model;
+        for vectors in [start, velocity, pose] {
+            vectors.resize(nodes, SVector::zeros());
+        }
+        self.gather();
+        match integrator {
+            Integrator::LinearlyImplicitEuler => self.implicit_euler(h, true),
+            Integrator::PaperEuler => self.implicit_euler(h, false),
+            Integrator::Sdirk2 => self.sdirk2(h),
+            Integrator::Rodas4 => self.rodas4(h),
+            Integrator::SymplecticEuler => self.symplectic_euler(h),
+            Integrator::RungeKutta4 => self.runge_kutta(h),
+        }
+    }
+
+    fn implicit_euler(&mut self, h: R, exact: bool) -> Option<Outcome<R>> {
+        self.assemble(h, h * h, Wants { exact, drift: true, tangent: false });
+        let Assembly { system, force, drift, .. } = &mut self.model.assembly;
+        for ((b, f), kv) in system.rhs.iter_mut().zip(force).zip(drift) {
+            *b = (*f + *kv * h) * h;
+        }
+        let residual = self.solve()?;
+        let Model { assembly, velocity, pose, .. } = &mut *self.model;
+        for ((v, x), change) in velocity.iter_mut().zip(pose).zip(&assembly.system.rhs) {
+            *v += *change;
+            *x = *v * h;
+        }
+        self.set(h);
+        Some(Outcome { residual, error: None })
+    }
+
+    /// Alexander's method: v₁ = v₀ + hγ a₁, v₂ = v₀ + h(1−γ) a₁ + hγ a₂, and so for the pose.
+    ///
+    /// Both stages start from a guess and are linear about it: the first from v₀ and x₀ ⊕ hγ v₀, the second from v₁ and
+    /// x₀ ⊕ h v₁. The second pose increment θ carries dexp⁻¹: θ = h(1−γ) ω₁ + hγ (ω₂ − ½ θ × ω₂).
+    fn sdirk2(&mut self, h: R) -> Option<Outcome<R>> {
+        let gamma = convert::<f64, R>(1.0 - std::f64::consts::FRAC_1_SQRT_2);
+        let step = h * gamma;
+        self.predict(step);
+        let first = self.stage(step, None)?;
+        self.predict(h);
+        // Of the first change, (1 − γ)/γ belongs to the second stage, and its guess holds one already.
+        let second = self.stage(step, Some((R::one() - gamma) / gamma - R::one()))?;
+        let half = convert::<f64, R>(0.5);
+        let Model { assembly, velocity, pose, .. } = &mut *self.model;
+        for ((x, v), change) in pose.iter_mut().zip(velocity).zip(&assembly.system.rhs) {
+            *x = *v * h - *change * (h - step);
+            let bend = angular(x).cross(&angular(v)) * (half * step);
+            add_angular(x, -bend);
+        }
+        self.set(h);
+        Some(Outcome { residual: first.max(second), error: None })
+    }
+
+    /// Puts bodies where their velocities take them in a time.
+    fn predict(&mut self, time: R) {
+        let Model { velocity, pose, .. } = &mut *self.model;
+        for (x, v) in pose.iter_mut().zip(velocity) {
+            *x = *v * time;
+        }
+        self.set(time);
+    }
+
+    /// One stage of SDIRK about the state as it is: adds to the velocities; the residual.
+    fn stage(&mut self, step: R, earlier: Option<R>) -> Option<R> {
+        self.assemble(step, step * step, Wants { exact: true, ..Wants::default() });
+        let Assembly { system, force, .. } = &mut self.model.assembly;
+        for (b, f) in system.rhs.iter_mut().zip(force) {
+            *b = *f * step;
+        }
+        if let Some(scale) = earlier {
+            let Model { assembly, stages, .. } = &mut *self.model;
+            let (first, rhs) = (&stages[1][0], &mut assembly.system.rhs);
+            each_mass(self.store, &assembly.nodes, |node, mass, body| {
+                add_linear(&mut rhs[node], linear(&first[node]) * (mass * scale));
+                if let Some((index, moments)) = body {
+                    let (inertia, _) = world_inertia(&self.store.rigid[index], moments);
+                    add_angular(&mut rhs[node], inertia * angular(&first[node]) * scale);
+                }
+            });
+        }
+        let residual = self.solve()?;
+        let Model { assembly, velocity, stages, .. } = &mut *self.model;
+        for (v, change) in velocity.iter_mut().zip(&assembly.system.rhs) {
+            *v += *change;
+        }
+        stages[1][0].clone_from(&assembly.system.rhs);
+        Some(residual)
+    }
+
+    fn symplectic_euler(&mut self, h: R) -> Option<Outcome<R>> {
+        self.accelerate();
+        let Model { assembly, velocity, pose, .. } = &mut *self.model;
+        for ((v, x), a) in velocity.iter_mut().zip(pose).zip(&assembly.system.rhs) {
+            *v += *a * h;
+            *x = *v * h;
+        }
+        self.set(h);
+        Some(Outcome { residual: R::zero(), error: None })
+    }
+
+    fn runge_kutta(&mut self, h: R) -> Option<Outcome<R>> {
+        let number = convert::<f64, R>;
+        let nodes = self.model.start.len();
+        let mut total = std::mem::take(&mut self.model.change);
+        for sum in &mut total {
+            sum.clear();
+            sum.resize(nodes, SVector::zeros());
+        }
+        for (weight, next) in [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)] {
+            self.accelerate();
+            let (weight, next) = (number(weight / 6.0) * h, number(next) * h);
+            let Model { assembly, start, velocity, pose, .. } = &mut *self.model;
+            for node in 0..nodes {
+                let rate = pose_rate(&pose[node], &velocity[node]);
+                let acceleration = assembly.system.rhs[node];
+                total[0][node] += rate * weight;
+                total[1][node] += acceleration * weight;
+                pose[node] = rate * next;
+                velocity[node] = start[node] + acceleration * next;
+            }
+            self.set(next);
+        }
+        let Model { start, velocity, pose, .. } = &mut *self.model;
+        for node in 0..nodes {
+            pose[node] = total[0][node];
+            velocity[node] = start[node] + total[1][node];
+        }
+        self.model.change = total;
+        self.set(h);
+        Some(Outcome { residual: R::zero(), error: None })
+    }
+
+    /// A Rosenbrock method in u = (uδ, uv): with B = (1/(hγ) − ½[ω₀]×)⁻¹ in the rotational block and hγ elsewhere,
+    /// uδ = B (rδ + uv) and (M₀ − hγ D − hγ K B) uv = hγ (M₀ rv + K B rδ).
+    fn rodas4(&mut self, h: R) -> Option<Outcome<R>> {
+        let number = convert::<f64, R>;
+        let step = h * number(rodas::GAMMA);
+        let nodes = self.model.start.len();
+        for stage in self.model.stages.iter_mut().flatten() {
+            stage.resize(nodes, SVector::zeros());
+        }
+        self.assemble(step, R::zero(), Wants { exact: true, drift: true, tangent: true });
+        self.model.bend(step);
+        self.model.assembly.system.factor();
+        self.model.driven.clone_from(&self.model.assembly.driven);
+        let mut residual = R::zero();
+        for stage in 0..6 {
+            if stage > 0 {
+                let Model { start, velocity, pose, stages, .. } = &mut *self.model;
+                for node in 0..nodes {
+                    pose[node] = weighted(&stages[0], rodas::STATES[stage], node);
+                    velocity[node] = start[node] + weighted(&stages[1], rodas::STATES[stage], node);
+                }
+                self.set(number(rodas::TIMES[stage]) * h);
+                self.assemble_forces();
+            }
+            residual = residual.max(self.rosenbrock_stage(stage, h, step));
+        }
+        let Model { start, velocity, pose, stages, dense, change, .. } = &mut *self.model;
+        for part in 0..2 {
+            for (terms, weights) in dense[part].iter_mut().zip(&rodas::DENSE) {
+                terms.clear();
+                terms.extend((0..nodes).map(|node| weighted(&stages[part], weights, node)));
+            }
+            let last = |node| weighted(&stages[part], rodas::STATES[5], node) + stages[part][5][node];
+            change[part].clear();
+            change[part].extend((0..nodes).map(last));
+        }
+        let mut error = R::zero();
+        for node in 0..nodes {
+            pose[node] = change[0][node];
+            velocity[node] = start[node] + change[1][node];
+            error = error.max(stages[0][5][node].amax()).max(stages[1][5][node].amax() * h);
+        }
+        self.set(h);
+        Some(Outcome { residual, error: Some(error) })
+    }
+
+    /// Solves for the u of one stage at the present state; the residual.
+    fn rosenbrock_stage(&mut self, stage: usize, h: R, step: R) -> R {
+        let time = convert::<f64, R>(rodas::DRIVEN[stage]) * h;
+        let Model { assembly, velocity, pose, stages, driven, .. } = &mut *self.model;
+        let mut rates = std::mem::take(&mut stages[0][stage]);
+        let mut right = std::mem::take(&mut assembly.system.rhs);
+        for (node, rate) in rates.iter_mut().enumerate() {
+            let earlier = weighted(&stages[0], rodas::RATES[stage], node) / h;
+            *rate = pose_rate(&pose[node], &velocity[node]) + earlier;
+            right[node] = driven[node] * time;
+        }
+        each_mass(self.store, &assembly.nodes, |node, mass, body| {
+            let force = &assembly.force[node];
+            let earlier = weighted(&stages[1], rodas::RATES[stage], node) / h;
+            add_linear(&mut right[node], linear(force) + linear(&earlier) * mass);
+            if let Some((index, moments)) = body {
+                let (_, inverse) = world_inertia(&self.store.rigid[index], moments);
+                let (inertia, _) = world_inertia(&self.saved.rigid[index], moments);
+                add_angular(&mut right[node], inertia * (inverse * angular(force) + angular(&earlier)));
+            }
+        });
+        for (node, rate) in rates.iter_mut().enumerate() {
+            *rate = self.model.bent(node, step, rate);
+        }
+        let Assembly { system, tangent, .. } = &mut self.model.assembly;
+        system.add_product(tangent, &rates, &mut right);
+        right.iter_mut().for_each(|right| *right *= step);
+        system.rhs = right;
+        let residual = system.solve_again();
+        for (node, rate) in rates.iter_mut().enumerate() {
+            *rate += self.model.bent(node, step, &self.model.assembly.system.rhs[node]);
+        }
+        self.model.stages[0][stage] = rates;
+        self.model.stages[1][stage].copy_from_slice(&self.model.assembly.system.rhs);
+        residual
+    }
+
+    /// Velocities of the bodies as they are, as those of the start.
+    fn gather(&mut self) {
+        let Model { assembly, start, velocity, pose, .. } = &mut *self.model;
+        for (body, node) in self.store.rigid.iter().zip(&assembly.nodes[0]) {
+            if let Some(node) = *node {
+                start[node] = SVector::zeros();
+                add_linear(&mut start[node], body.velocity);
+                add_angular(&mut start[node], body.angular_velocity);
+            }
+        }
+        for (body, node) in self.store.particles.iter().zip(&assembly.nodes[1]) {
+            if let Some(node) = *node {
+                start[node] = SVector::zeros();
+                add_linear(&mut start[node], body.velocity);
+            }
+        }
+        velocity.copy_from_slice(start);
+        pose.fill(SVector::zeros());
+    }
+
+    /// Puts bodies at the model's pose and velocity, counted from the saved ones; others go along for a time.
+    fn set(&mut self, time: R) {
+        let Model { assembly, velocity, pose, .. } = &*self.model;
+        for (k, (body, node)) in self.store.rigid.iter_mut().zip(&assembly.nodes[0]).enumerate() {
+            let saved = &self.saved.rigid[k];
+            *body = match *node {
+                Some(node) => {
+                    let body = moved(saved, linear(&pose[node]), angular(&pose[node]));
+                    let (velocity, angular_velocity) = (linear(&velocity[node]), angular(&velocity[node]));
+                    Rigid { velocity, angular_velocity, ..body }
+                }
+                None => moved(saved, saved.velocity * time, saved.angular_velocity * time),
+            };
+        }
+        for (k, (body, node)) in self.store.particles.iter_mut().zip(&assembly.nodes[1]).enumerate() {
+            let saved = &self.saved.particles[k];
+            let (way, speed) = match *node {
+                Some(node) => (linear(&pose[node]), linear(&velocity[node])),
+                None => (saved.velocity * time, saved.velocity),
+            };
+            *body = Particle { position: saved.position + way, velocity: speed };
+        }
+    }
+
+    /// Forces and the matrix at the present state.
+    fn assemble(&mut self, damping: R, stiffness: R, wants: Wants) {
+        let out = &mut self.model.assembly;
+        (out.damping, out.stiffness, out.wants) = (damping, stiffness, wants);
+        self.add_up();
+    }
+
+    /// Forces alone; matrix, factors and K are those of before.
+    fn assemble_forces(&mut self) {
+        let out = &mut self.model.assembly;
+        let kept = (std::mem::take(&mut out.system.blocks), std::mem::take(&mut out.tangent));
+        out.system.blocks = std::mem::take(&mut self.model.spare);
+        out.system.blocks.resize(kept.0.len(), SMatrix::zeros());
+        (out.damping, out.stiffness, out.wants) = (R::zero(), R::zero(), Wants::default());
+        self.add_up();
+        let out = &mut self.model.assembly;
+        self.model.spare = std::mem::replace(&mut out.system.blocks, kept.0);
+        out.tangent = kept.1;
+    }
+
+    fn add_up(&mut self) {
+        let timer = Instant::now();
+        let _span = span("assembly");
+        let out = &mut self.model.assembly;
+        out.clear();
+        for batch in self.batches.iter_mut() {
+            batch.assemble(&self.store.bodies(), out.sums());
+        }
+        out.add_bodies(self.store, self.gravity);
+        self.report.assembly += timer.elapsed();
+    }
+
+    /// Accelerations at the present state, in place of a solution.
+    fn accelerate(&mut self) {
+        self.assemble(R::zero(), R::zero(), Wants::default());
+        let Assembly { system, force, nodes, .. } = &mut self.model.assembly;
+        let rhs = &mut system.rhs;
+        each_mass(self.store, nodes, |node, mass, body| {
+            rhs[node] = SVector::zeros();
+            add_linear(&mut rhs[node], linear(&force[node]) / mass);
+            if let Some((index, moments)) = body {
+                let (_, inverse) = world_inertia(&self.store.rigid[index], moments);
+                add_angular(&mut rhs[node], inverse * angular(&force[node]));
+            }
+        });
+    }
+
+    /// Solves the system by the method that was chosen; the relative residual, or nothing if that broke down.
+    fn solve(&mut self) -> Option<R> {
+        let timer = Instant::now();
+        let _span = span("solve");
+        let Model { assembly, space, .. } = &mut *self.model;
+        let system = &mut assembly.system;
+        let tolerance = R::default_epsilon() * convert(1e3);
+        let dear = system.products() > 1000 * system.nodes();
+        let method = match self.solver {
+            Solver::Automatic if dear => Solver::BiCgStab,
+            Solver::Automatic => Solver::Direct,
+            chosen => chosen,
+        };
+        let residual = if method == Solver::Direct {
+            Some(system.solve())
+        } else {
+            match system.iterate(method, tolerance, space) {
+                Some(iterations) => {
+                    self.report.iterations += iterations;
+                    Some(system.residual())
+                }
+                None => {
+                    self.report.breakdowns += 1;
+                    (self.solver == Solver::Automatic).then(|| system.solve())
+                }
+            }
+        };
+        self.report.solve += timer.elapsed();
+        residual
+    }
+}
+
+/// Every body that forces move: its node, its mass, and of a rigid one its index and principal moments.
+fn each_mass<R: RealField + Copy>(
+    store: &Store<R>,
+    nodes: &[Vec<Option<usize>>; 2],
+    mut visit: impl FnMut(usize, R, Option<(usize, Vector3<R>)>),
+) {
+    for (index, (member, node)) in store.members[0].iter().zip(&nodes[0]).enumerate() {
+        if let (Some((mass, moments)), Some(node)) = (member.inertia(), *node) {
+            visit(node, mass, Some((index, moments)));
+        }
+    }
+    for (member, node) in store.members[1].iter().zip(&nodes[1]) {
+        if let (Some((mass, _)), Some(node)) = (member.inertia(), *node) {
+            visit(node, mass, None);
+        }
+    }
+}
+
+/// δ̇ of a pose: v, and dexp⁻¹_θ(ω) = ω − ½ θ×ω + (1 − |θ|/2 cot(|θ|/2)) / |θ|² θ×(θ×ω).
+fn pose_rate<R: RealField + Copy, const D: usize>(
+    pose: &SVector<R, D>,
+    velocity: &SVector<R, D>,
+) -> SVector<R, D> {
+    let number = convert::<f64, R>;
+    let (turn, spin) = (angular(pose), angular(velocity));
+    let square = turn.norm_squared();
+    // Below it the series is exact to rounding: its next term is |θ|⁴/30240.
+    let factor = if square < number(1e-4) {
+        number(1.0 / 12.0) + square * number(1.0 / 720.0)
+    } else {
+        let half = square.sqrt() * number(0.5);
+        (R::one() - half / half.tan()) / square
+    };
+    let across = turn.cross(&spin);
+    let mut rate = *velocity;
+    add_angular(&mut rate, turn.cross(&across) * factor - across * number(0.5));
+    rate
+}
+
+/// Σ wⱼ uⱼ over the stages that come before.
+fn weighted<R: RealField + Copy, const D: usize>(
+    stages: &[Vec<SVector<R, D>>; 6],
+    weights: &[f64],
+    node: usize,
+) -> SVector<R, D> {
+    let mut sum = SVector::zeros();
+    for (stage, &weight) in stages.iter().zip(weights) {
+        sum += stage[node] * convert::<f64, R>(weight);
+    }
+    sum
+}
+
+/// The coefficients of RODAS, Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.10.
+mod rodas {
+    /// γ
+    pub(super) const GAMMA: f64 = 0.25;
+    /// αᵢ: the time of each stage.
+    pub(super) const TIMES: [f64; 6] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
+    /// γᵢ: how much of h ∂f/∂t each stage takes.
+    pub(super) const DRIVEN: [f64; 6] = [0.25, -0.1043, 0.1035, -0.03620000000000023, 0.0, 0.0];
+    /// aᵢⱼ: the state of each stage. What the last adds is the difference to the embedded method of order three.
+    pub(super) const STATES: [&[f64]; 6] = [
+        &[],
+        &[1.544],
+        &[0.9466785280815826, 0.2557011698983284],
+        &[3.314825187068521, 2.896124015972201, 0.9986419139977817],
+        &[1.221224509226641, 6.019134481288629, 12.53708332932087, -0.687886036105895],
+        &[1.221224509226641, 6.019134481288629, 12.53708332932087, -0.687886036105895, 1.0],
+    ];
+    /// cᵢⱼ
+    pub(super) const RATES: [&[f64]; 6] = [
+        &[],
+        &[-5.6688],
+        &[-2.430093356833875, -0.2063599157091915],
+        &[-0.1073529058151375, -9.594562251023355, -20.47028614809616],
+        &[7.496443313967647, -10.24680431464352, -33.99990352819905, 11.7089089320616],
+        &[8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054],
+    ];
+    /// The terms of dense output.
+    pub(super) const DENSE: [[f64; 5]; 2] = [
+        [10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662],
+        [-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872],
+    ];
+}

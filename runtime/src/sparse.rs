@@ -1,0 +1,300 @@
+//! Sparse linear systems of D × D blocks: their pattern, and direct solution by block elimination.
+//!
+//! In go the pairs of nodes that forces couple; out comes an order of elimination by least degree, the fill it makes, and
+//! storage for both, kept while the pairs stay. On a tree there is no fill and a solve is O(n). Blocks need not be
+//! symmetric, their pattern is. Nodes are renumbered: node i is the i-th that is eliminated. Diagonal blocks are
+//! factored without pivoting; whoever solves checks the residual. Other solvers stand in [`iterative`](crate::iterative).
+
+use nalgebra::{RealField, SMatrix, SVector};
+use std::collections::BTreeSet;
+
+/// The matrix of a step, its factors and its right-hand side.
+#[derive(Clone, Debug)]
+pub(crate) struct System<R: RealField, const D: usize> {
+    /// Blocks right of the diagonal in row i, and below it in column i: `start[i]..start[i + 1]`.
+    start: Vec<usize>,
+    /// The later node of each such block, ascending in a row.
+    later: Vec<usize>,
+    /// Where elimination of a node changes a block, for each pair of its later nodes in order.
+    targets: Vec<u32>,
+    /// The diagonal, then the upper, then the lower blocks.
+    pub(crate) blocks: Vec<SMatrix<R, D, D>>,
+    pub(crate) factors: Vec<SMatrix<R, D, D>>,
+    /// The part each node belongs to, where the system is cut; else none.
+    pub(crate) parts: Vec<u32>,
+    /// The right-hand side, then the solution.
+    pub(crate) rhs: Vec<SVector<R, D>>,
+    /// The right-hand side while it is being replaced, then the residual.
+    work: Vec<SVector<R, D>>,
+}
+
+impl<R: RealField + Copy, const D: usize> Default for System<R, D> {
+    fn default() -> System<R, D> {
+        System::new(Vec::new()).0
+    }
+}
+
+impl<R: RealField + Copy, const D: usize> System<R, D> {
+    /// A system over nodes with these neighbours, and for each node its place in the order of elimination.
+    pub(crate) fn new(mut neighbours: Vec<BTreeSet<usize>>) -> (System<R, D>, Vec<usize>) {
+        let nodes = neighbours.len();
+        let mut queue: BTreeSet<(usize, usize)> =
+            neighbours.iter().enumerate().map(|(node, near)| (near.len(), node)).collect();
+        let mut place = vec![0; nodes];
+        let mut rows = Vec::with_capacity(nodes);
+        while let Some((_, node)) = queue.pop_first() {
+            place[node] = rows.len();
+            let near = std::mem::take(&mut neighbours[node]);
+            for &other in &near {
+                let set = &mut neighbours[other];
+                queue.remove(&(set.len(), other));
+                set.remove(&node);
+                set.extend(near.iter().filter(|&&third| third != other));
+                queue.insert((set.len(), other));
+            }
+            rows.push(near);
+        }
+        let (mut start, mut later) = (vec![0], Vec::new());
+        for row in rows {
+            let first = later.len();
+            later.extend(row.into_iter().map(|node| place[node]));
+            later[first..].sort_unstable();
+            start.push(later.len());
+        }
+        let mut system = System {
+            start,
+            later,
+            targets: Vec::new(),
+            blocks: Vec::new(),
+            factors: Vec::new(),
+            parts: Vec::new(),
+            rhs: vec![SVector::zeros(); nodes],
+            work: vec![SVector::zeros(); nodes],
+        };
+        system.blocks = vec![SMatrix::zeros(); nodes + 2 * system.later.len()];
+        system.factors = system.blocks.clone();
+        for node in 0..nodes {
+            let row = &system.later[system.start[node]..system.start[node + 1]];
+            let pairs = row.iter().flat_map(|&i| row.iter().map(move |&j| (i, j)));
+            let targets: Vec<u32> = pairs.map(|(i, j)| system.place(i, j) as u32).collect();
+            system.targets.extend(targets);
+        }
+        (system, place)
+    }
+
+    /// How many nodes there are.
+    pub(crate) fn nodes(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// How many products of blocks an elimination takes.
+    pub(crate) fn products(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// Empties the matrix.
+    pub(crate) fn clear(&mut self) {
+        self.blocks.fill(SMatrix::zeros());
+    }
+
+    /// Where among `blocks` the block in this row and column lies, which a force couples.
+    pub(crate) fn place(&self, row: usize, column: usize) -> usize {
+        if row == column {
+            return row;
+        }
+        let (first, second) = (row.min(column), row.max(column));
+        let range = self.start[first]..self.start[first + 1];
+        let at = range.start + self.later[range].partition_point(|&node| node < second);
+        debug_assert_eq!(self.later[at], second);
+        self.nodes() + at + if row < column { 0 } else { self.later.len() }
+    }
+
+    /// Every block beside the diagonal that has to be reckoned with: earlier node, later node, the places of the upper
+    /// and of the lower block.
+    fn pairs(&self, node: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+        let (nodes, count) = (self.nodes(), self.later.len());
+        let range = self.start[node]..self.start[node + 1];
+        let kept = move |&at: &usize| self.is_kept(node, self.later[at]);
+        range.filter(kept).map(move |at| (self.later[at], nodes + at, nodes + count + at))
+    }
+
+    fn is_kept(&self, node: usize, other: usize) -> bool {
+        self.parts.is_empty() || self.parts[node] == self.parts[other]
+    }
+
+    /// Replaces the right-hand side by the solution and returns the relative residual.
+    pub(crate) fn solve(&mut self) -> R {
+        self.factor();
+        self.solve_again()
+    }
+
+    /// The same with the factors that are there.
+    pub(crate) fn solve_again(&mut self) -> R {
+        self.work.copy_from_slice(&self.rhs);
+        self.substitute();
+        self.residual()
+    }
+
+    pub(crate) fn factor(&mut self) {
+        self.factors.copy_from_slice(&self.blocks);
+        let (nodes, count) = (self.nodes(), self.later.len());
+        let mut targets = 0;
+        for node in 0..nodes {
+            let row = self.start[node]..self.start[node + 1];
+            let first = targets;
+            targets += row.len() * row.len();
+            factor_block(&mut self.factors[node]);
+            let diagonal = self.factors[node];
+            for at in row.clone() {
+                if self.is_kept(node, self.later[at]) {
+                    solve_block(&diagonal, &mut self.factors[nodes + at]);
+                }
+            }
+            for (i, below) in row.clone().enumerate() {
+                if !self.is_kept(node, self.later[below]) {
+                    continue;
+                }
+                let lower = self.factors[nodes + count + below];
+                for (j, right) in row.clone().enumerate() {
+                    if !self.is_kept(node, self.later[right]) {
+                        continue;
+                    }
+                    let upper = self.factors[nodes + right];
+                    let target = self.targets[first + i * row.len() + j] as usize;
+                    subtract_product(&mut self.factors[target], &lower, &upper);
+                }
+            }
+        }
+    }
+
+    fn substitute(&mut self) {
+        let mut rhs = std::mem::take(&mut self.rhs);
+        let (nodes, count) = (rhs.len(), self.later.len());
+        for node in 0..nodes {
+            let mut value = rhs[node];
+            solve_block(&self.factors[node], &mut value);
+            rhs[node] = value;
+            for at in self.start[node]..self.start[node + 1] {
+                let other = self.later[at];
+                if self.is_kept(node, other) {
+                    rhs[other] -= self.factors[nodes + count + at] * value;
+                }
+            }
+        }
+        for node in (0..nodes).rev() {
+            let mut value = rhs[node];
+            for at in self.start[node]..self.start[node + 1] {
+                let other = self.later[at];
+                if self.is_kept(node, other) {
+                    value -= self.factors[nodes + at] * rhs[other];
+                }
+            }
+            rhs[node] = value;
+        }
+        self.rhs = rhs;
+    }
+
+    /// |b − A x| / |b|, where `work` is b and `rhs` is x.
+    pub(crate) fn residual(&mut self) -> R {
+        let size = self.work.iter().fold(R::zero(), |sum, b| sum + b.norm_squared());
+        let mut work = std::mem::take(&mut self.work);
+        self.each_block(|place, row, column| work[row] -= self.blocks[place] * self.rhs[column]);
+        let rest = work.iter().fold(R::zero(), |sum, r| sum + r.norm_squared());
+        self.work = work;
+        if rest == R::zero() { rest } else { (rest / size).sqrt() }
+    }
+
+    /// Keeps the right-hand side for a residual.
+    pub(crate) fn keep_rhs(&mut self) {
+        self.work.copy_from_slice(&self.rhs);
+    }
+
+    /// y = A x.
+    pub(crate) fn multiply(&self, x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
+        y.fill(SVector::zeros());
+        self.add_product(&self.blocks, x, y);
+    }
+
+    /// y += B x, where the blocks of B lie as those of this system do.
+    pub(crate) fn add_product(
+        &self,
+        blocks: &[SMatrix<R, D, D>],
+        x: &[SVector<R, D>],
+        y: &mut [SVector<R, D>],
+    ) {
+        self.each_block(|place, row, column| y[row] += blocks[place] * x[column]);
+    }
+
+    /// Every block that counts: its place, its row and its column.
+    pub(crate) fn each_block(&self, mut visit: impl FnMut(usize, usize, usize)) {
+        for node in 0..self.nodes() {
+            visit(node, node, node);
+            for (other, upper, lower) in self.pairs(node) {
+                visit(upper, node, other);
+                visit(lower, other, node);
+            }
+        }
+    }
+
+    /// y = Aᵀ x.
+    pub(crate) fn multiply_transposed(&self, x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
+        y.fill(SVector::zeros());
+        self.each_block(|place, row, column| y[column] += self.blocks[place].tr_mul(&x[row]));
+    }
+}
+
+/// A = L U in place, the diagonal of L being one; the diagonal of U is inverted.
+pub(crate) fn factor_block<R: RealField + Copy, const D: usize>(a: &mut SMatrix<R, D, D>) {
+    for k in 0..D {
+        let inverse = R::one() / a[(k, k)];
+        a[(k, k)] = inverse;
+        for i in k + 1..D {
+            a[(i, k)] *= inverse;
+        }
+        for j in k + 1..D {
+            let top = a[(k, j)];
+            for i in k + 1..D {
+                let left = a[(i, k)];
+                a[(i, j)] -= left * top;
+            }
+        }
+    }
+}
+
+/// X becomes A⁻¹ X, where `lu` is what `factor_block` made of A.
+pub(crate) fn solve_block<R: RealField + Copy, const D: usize, const COLUMNS: usize>(
+    lu: &SMatrix<R, D, D>,
+    x: &mut SMatrix<R, D, COLUMNS>,
+) {
+    for column in 0..COLUMNS {
+        for k in 0..D {
+            let value = x[(k, column)];
+            for i in k + 1..D {
+                x[(i, column)] -= lu[(i, k)] * value;
+            }
+        }
+        for k in (0..D).rev() {
+            let value = x[(k, column)] * lu[(k, k)];
+            x[(k, column)] = value;
+            for i in 0..k {
+                x[(i, column)] -= lu[(i, k)] * value;
+            }
+        }
+    }
+}
+
+/// C −= A B.
+fn subtract_product<R: RealField + Copy, const D: usize>(
+    c: &mut SMatrix<R, D, D>,
+    a: &SMatrix<R, D, D>,
+    b: &SMatrix<R, D, D>,
+) {
+    for j in 0..D {
+        for k in 0..D {
+            let factor = b[(k, j)];
+            for i in 0..D {
+                c[(i, j)] -= a[(i, k)] * factor;
+            }
+        }
+    }
+}

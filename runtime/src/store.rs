@@ -1,0 +1,146 @@
+//! The bodies of an island, in arrays that kernels read in place.
+
+use crate::bodies::{Particle, Rigid};
+use crate::kernel::{Bodies, BodyKind};
+use crate::world::Motion;
+use nalgebra::{RealField, UnitQuaternion, Vector3, Vector6};
+
+/// What a world knows of a body beside its state.
+#[derive(Clone, Debug)]
+pub(crate) struct Member<R> {
+    /// Its entry among the world's bodies.
+    pub(crate) entry: usize,
+    pub(crate) motion: Motion<R>,
+    /// A force and a torque that act on it until told otherwise.
+    pub(crate) load: Vector6<R>,
+}
+
+impl<R: RealField + Copy> Member<R> {
+    /// Mass and principal moments, if forces move it.
+    pub(crate) fn inertia(&self) -> Option<(R, Vector3<R>)> {
+        match self.motion {
+            Motion::Dynamic(mass, moments) => Some((mass, moments)),
+            Motion::Kinematic => None,
+        }
+    }
+}
+
+/// Bodies, and beside each what is known of it. A body that no force moves may stand in several islands.
+#[derive(Clone, Debug)]
+pub(crate) struct Store<R: RealField> {
+    pub(crate) rigid: Vec<Rigid<R>>,
+    pub(crate) particles: Vec<Particle<R>>,
+    /// Of rigid bodies, then of particles.
+    pub(crate) members: [Vec<Member<R>>; 2],
+}
+
+impl<R: RealField> Default for Store<R> {
+    fn default() -> Store<R> {
+        Store { rigid: Vec::new(), particles: Vec::new(), members: [Vec::new(), Vec::new()] }
+    }
+}
+
+/// States alone, to come back to.
+#[derive(Clone, Debug)]
+pub(crate) struct Poses<R: RealField> {
+    pub(crate) rigid: Vec<Rigid<R>>,
+    pub(crate) particles: Vec<Particle<R>>,
+}
+
+impl<R: RealField> Default for Poses<R> {
+    fn default() -> Poses<R> {
+        Poses { rigid: Vec::new(), particles: Vec::new() }
+    }
+}
+
+impl<R: RealField + Copy> Store<R> {
+    pub(crate) fn save(&self, poses: &mut Poses<R>) {
+        poses.rigid.clone_from(&self.rigid);
+        poses.particles.clone_from(&self.particles);
+    }
+
+    pub(crate) fn restore(&mut self, poses: &Poses<R>) {
+        self.rigid.copy_from_slice(&poses.rigid);
+        self.particles.copy_from_slice(&poses.particles);
+    }
+
+    pub(crate) fn bodies(&self) -> Bodies<'_, R> {
+        Bodies { rigid: &self.rigid, particles: &self.particles }
+    }
+
+    /// How many bodies forces move.
+    pub(crate) fn moving(&self) -> usize {
+        self.members.iter().flatten().filter(|member| member.motion != Motion::Kinematic).count()
+    }
+
+    /// Appends a body and returns its index; a particle is a rigid body that is not turned.
+    pub(crate) fn push(&mut self, kind: BodyKind, state: Rigid<R>, member: Member<R>) -> usize {
+        match kind {
+            BodyKind::Rigid => self.rigid.push(state),
+            BodyKind::Particle => self.particles.push(as_particle(&state)),
+        }
+        let members = &mut self.members[kind as usize];
+        members.push(member);
+        members.len() - 1
+    }
+
+    pub(crate) fn get(&self, kind: BodyKind, index: usize) -> Rigid<R> {
+        match kind {
+            BodyKind::Rigid => self.rigid[index],
+            BodyKind::Particle => as_rigid(&self.particles[index]),
+        }
+    }
+
+    pub(crate) fn set(&mut self, kind: BodyKind, index: usize, state: Rigid<R>) {
+        match kind {
+            BodyKind::Rigid => self.rigid[index] = state,
+            BodyKind::Particle => self.particles[index] = as_particle(&state),
+        }
+    }
+
+    /// Removes a body; the last one of its type takes its place.
+    pub(crate) fn remove(&mut self, kind: BodyKind, index: usize) {
+        match kind {
+            BodyKind::Rigid => _ = self.rigid.swap_remove(index),
+            BodyKind::Particle => _ = self.particles.swap_remove(index),
+        }
+        self.members[kind as usize].swap_remove(index);
+    }
+
+    /// Every body: its type, its index and what is known of it.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (BodyKind, usize, &Member<R>)> {
+        let of = |kind: BodyKind| {
+            self.members[kind as usize].iter().enumerate().map(move |(index, member)| (kind, index, member))
+        };
+        of(BodyKind::Rigid).chain(of(BodyKind::Particle))
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        let all = |v: &Vector3<R>| v.iter().all(|x| x.is_finite());
+        let rigid = |b: &Rigid<R>| {
+            all(&b.position)
+                && all(&b.velocity)
+                && all(&b.angular_velocity)
+                && b.orientation.coords.iter().all(|x| x.is_finite())
+        };
+        self.rigid.iter().all(rigid) && self.particles.iter().all(|b| all(&b.position) && all(&b.velocity))
+    }
+}
+
+pub(crate) fn as_particle<R: RealField + Copy>(state: &Rigid<R>) -> Particle<R> {
+    Particle { position: state.position, velocity: state.velocity }
+}
+
+pub(crate) fn as_rigid<R: RealField + Copy>(state: &Particle<R>) -> Rigid<R> {
+    Rigid { position: state.position, velocity: state.velocity, ..Rigid::default() }
+}
+
+/// A pose turned and moved: x + `way`, exp(`turn`) q.
+pub(crate) fn moved<R: RealField + Copy>(pose: &Rigid<R>, way: Vector3<R>, turn: Vector3<R>) -> Rigid<R> {
+    let turned = UnitQuaternion::from_scaled_axis(turn) * pose.orientation;
+    Rigid {
+        position: pose.position + way,
+        orientation: UnitQuaternion::new_normalize(turned.into_inner()),
+        ..*pose
+    }
+}
