@@ -1,8 +1,12 @@
-//! What the benchmarks share: texts to compile, the library and force files of any size, and the timing of kernels.
+//! What the benchmarks share: texts to compile, the library and force files of any size, the timing of kernels, and scenes.
 //!
 //! The benchmark `compile_time` and the test `time_per_node` both read them.
 
+pub mod catalogue;
 pub mod kernels;
+pub mod picture;
+pub mod run;
+pub mod scenes;
 
 use forcec::compile::{Compiled, compile};
 use forcec::span::Source;

@@ -1,0 +1,144 @@
+//! The stability catalogue: what may go wrong, case by case, and whether it does.
+//!
+//! The base scene is [`c10`](crate::scenes::c10), ks 1e6, critical damping, 5 s, the default integrator. **U** means: all
+//! stays finite, nothing is quarantined, energy grows by at most one part in a hundred of the larger of what it was and
+//! the range of kinetic and elastic energy, and the run repeats bit for bit.
+
+mod cases;
+
+use crate::scenes::Scene;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::time::Duration;
+
+pub use cases::CASES;
+
+/// A case of the catalogue.
+pub struct Case {
+    /// Its number.
+    pub number: usize,
+    /// What is tried, and what is asked for.
+    pub title: &'static str,
+    /// Tries it, in a short form if so wanted.
+    pub run: fn(quick: bool) -> Verdict,
+}
+
+/// How a case went.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// Whether it is as asked.
+    pub passes: bool,
+    /// What was measured.
+    pub text: String,
+}
+
+/// The head of the table.
+pub const HEAD: &str = "| # | case | passes | measured |\n|--:|---|---|---|";
+
+/// A row of the table.
+pub fn row(case: &Case, verdict: &Verdict) -> String {
+    let passes = if verdict.passes { "yes" } else { "**no**" };
+    format!("| {} | {} | {passes} | {} |", case.number, case.title, verdict.text)
+}
+
+/// What was seen of a run.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    /// Growth of energy, in units of its scale.
+    growth: f64,
+    finite: bool,
+    quarantined: usize,
+    accepted: usize,
+    rejected: usize,
+    backups: usize,
+    gap: f64,
+    last_gap: f64,
+    speed: f64,
+    residual: f64,
+    solve: Duration,
+    steps: usize,
+    hash: u64,
+}
+
+impl Seen {
+    fn is_stable(&self) -> bool {
+        self.finite && self.quarantined == 0 && self.growth <= 0.01
+    }
+}
+
+impl std::fmt::Display for Seen {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "energy +{:.1e}, gap {:.1e} m, {} of {} steps discarded",
+            self.growth.max(0.0),
+            self.gap,
+            self.rejected,
+            self.rejected + self.accepted
+        )?;
+        if self.backups > 0 {
+            write!(f, ", {} back-ups", self.backups)?;
+        }
+        if self.quarantined > 0 {
+            write!(f, ", quarantined")?;
+        }
+        Ok(())
+    }
+}
+
+/// Runs a scene for a time with steps of `h(k)`.
+fn watch(scene: &mut Scene, time: f64, h: impl Fn(usize) -> f64) -> Seen {
+    let mut seen = Seen { finite: true, ..Seen::default() };
+    let start = scene.world.energy();
+    let moving = start - scene.potential();
+    let (mut low, mut high, mut most) = (moving, moving, start);
+    let mut now = 0.0;
+    while now < time - 1e-9 {
+        let h = h(seen.steps);
+        let report = scene.advance(now, h);
+        now += h;
+        seen.steps += 1;
+        seen.accepted += report.accepted;
+        seen.rejected += report.rejected;
+        seen.backups += report.semi_definite + report.capped;
+        seen.quarantined += report.quarantined;
+        seen.residual = seen.residual.max(report.residual);
+        seen.solve += report.solve;
+        seen.gap = seen.gap.max(report.gap);
+        seen.last_gap = report.gap;
+        let moving = report.energy - scene.potential();
+        (low, high, most) = (low.min(moving), high.max(moving), most.max(report.energy));
+        seen.finite &= report.energy.is_finite();
+        if !seen.finite || report.quarantined > 0 {
+            break;
+        }
+        if scene.boxes.len() == scene.bodies.len() {
+            let speeds = scene
+                .bodies
+                .iter()
+                .map(|&body| scene.world.rigid(body).map_or(0.0, |state| state.velocity.norm()));
+            seen.speed = speeds.fold(seen.speed, f64::max);
+        }
+    }
+    let scale = start.abs().max(high - low).max(f64::MIN_POSITIVE);
+    seen.growth = (most - start) / scale;
+    seen.hash = hash(scene);
+    seen
+}
+
+/// The bits of all positions.
+fn hash(scene: &Scene) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for position in scene.positions() {
+        position.iter().for_each(|x| x.to_bits().hash(&mut hasher));
+    }
+    hasher.finish()
+}
+
+/// Whether a run is **U**: it is made twice.
+fn stable(make: &dyn Fn() -> Scene, time: f64, h: f64) -> Verdict {
+    let seen = watch(&mut make(), time, |_| h);
+    let again = watch(&mut make(), time, |_| h);
+    let same = seen.hash == again.hash;
+    let text = format!("{seen}{}", if same { "" } else { ", and differs from run to run" });
+    Verdict { passes: seen.is_stable() && same, text }
+}

@@ -1,0 +1,163 @@
+//! `run SCENE`: a scene through time, with a report on a line, and its trajectories and a picture as files.
+
+use crate::picture::picture;
+use crate::scenes::{SCENES, Scene};
+use forcec_runtime::{Integrator, Solver};
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// What to run, and what to write.
+#[derive(clap::Args, Debug)]
+pub struct Options {
+    /// One of c10, ben25, ben25-free, t-handle, cloth, bar.
+    scene: String,
+    /// The step, s, in place of the scene's own; `1/60` is a number too.
+    #[arg(long, value_parser = fraction)]
+    step: Option<f64>,
+    /// How long, s.
+    #[arg(long)]
+    time: Option<f64>,
+    /// One of linearly-implicit-euler, paper-euler, sdirk2, rodas4, symplectic-euler, runge-kutta4.
+    #[arg(long, value_parser = integrator)]
+    integrator: Option<Integrator>,
+    /// One of automatic, direct, conjugate-gradients, bicgstab, cgs, bicg.
+    #[arg(long, value_parser = solver)]
+    solver: Option<Solver>,
+    /// Writes a row a step: time, energy, gap, rejected steps, and the position of every body.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Writes a picture of the final state, with the energy over time below it.
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+}
+
+/// The integrators by name.
+pub const INTEGRATORS: [(&str, Integrator); 6] = [
+    ("linearly-implicit-euler", Integrator::LinearlyImplicitEuler),
+    ("paper-euler", Integrator::PaperEuler),
+    ("sdirk2", Integrator::Sdirk2),
+    ("rodas4", Integrator::Rodas4),
+    ("symplectic-euler", Integrator::SymplecticEuler),
+    ("runge-kutta4", Integrator::RungeKutta4),
+];
+
+const SOLVERS: [(&str, Solver); 6] = [
+    ("automatic", Solver::Automatic),
+    ("direct", Solver::Direct),
+    ("conjugate-gradients", Solver::ConjugateGradients),
+    ("bicgstab", Solver::BiCgStab),
+    ("cgs", Solver::Cgs),
+    ("bicg", Solver::BiCg),
+];
+
+fn integrator(name: &str) -> Result<Integrator, String> {
+    choose(name, &INTEGRATORS)
+}
+
+fn solver(name: &str) -> Result<Solver, String> {
+    choose(name, &SOLVERS)
+}
+
+fn choose<T: Copy>(name: &str, table: &[(&str, T)]) -> Result<T, String> {
+    let known: Vec<&str> = table.iter().map(|(name, _)| *name).collect();
+    let found = table.iter().find(|(known, _)| *known == name);
+    found.map(|(_, value)| *value).ok_or_else(|| format!("none of {}", known.join(", ")))
+}
+
+/// A number, or one over another.
+fn fraction(text: &str) -> Result<f64, String> {
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|error| error.to_string());
+    let value = match text.split_once('/') {
+        Some((above, below)) => number(above)? / number(below)?,
+        None => number(text)?,
+    };
+    if value.is_finite() && value > 0.0 { Ok(value) } else { Err("not a positive number".to_owned()) }
+}
+
+/// Runs a scene.
+pub fn run(options: &Options) -> Result<(), String> {
+    let names: Vec<&str> = SCENES.iter().map(|(name, ..)| *name).collect();
+    let (name, about, make) = SCENES
+        .iter()
+        .find(|(name, ..)| *name == options.scene)
+        .ok_or_else(|| format!("no scene `{}`; there are {}", options.scene, names.join(", ")))?;
+    let mut scene = make();
+    let settings = &mut scene.world.settings;
+    settings.integrator = options.integrator.unwrap_or(settings.integrator);
+    settings.solver = options.solver.unwrap_or(settings.solver);
+    let (h, time) = (options.step.unwrap_or(scene.step), options.time.unwrap_or(scene.time));
+    let steps = (time / h).round() as usize;
+    println!(
+        "{name}: {about}; {} bodies, {} forces, {steps} steps of {h:.3e} s",
+        scene.bodies.len(),
+        scene.world.force_count()
+    );
+
+    let mut table = head(&scene);
+    let mut energies = vec![scene.world.energy()];
+    let (mut total, mut assembly, mut solve) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);
+    let (mut rejected, mut gap) = (0, 0.0_f64);
+    let live = std::io::stdout().is_terminal();
+    for step in 0..steps {
+        let started = Instant::now();
+        let report = scene.advance(step as f64 * h, h);
+        total += started.elapsed();
+        (assembly, solve) = (assembly + report.assembly, solve + report.solve);
+        rejected += report.rejected;
+        gap = gap.max(report.gap);
+        energies.push(report.energy);
+        let now = (step + 1) as f64 * h;
+        if options.csv.is_some() {
+            row(&mut table, &scene, now, report.energy, report.gap, report.rejected);
+        }
+        if live && (step + 1 == steps || step % 16 == 0) {
+            print!(
+                "\r{now:8.3} s  energy {:12.5e} J  gap {:9.2e} m  awake {}  rejected {rejected}  {:.0} µs a step ",
+                report.energy,
+                report.gap,
+                report.awake,
+                total.as_secs_f64() * 1e6 / (step + 1) as f64
+            );
+            std::io::stdout().flush().map_err(|error| error.to_string())?;
+        }
+    }
+    let each = |time: Duration| time.as_secs_f64() * 1e6 / steps.max(1) as f64;
+    println!(
+        "{}{:.1} µs a step: assembly {:.1}, solution {:.1}; {rejected} steps discarded; largest gap {gap:.2e} m; energy {:.6e} → {:.6e} J",
+        if live { "\n" } else { "" },
+        each(total),
+        each(assembly),
+        each(solve),
+        energies[0],
+        energies[energies.len() - 1]
+    );
+    let write = |path: &PathBuf, text: &str| {
+        std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
+    };
+    if let Some(path) = &options.csv {
+        write(path, &table)?;
+    }
+    if let Some(path) = &options.svg {
+        write(path, &picture(&scene, &energies, h))?;
+    }
+    Ok(())
+}
+
+fn head(scene: &Scene) -> String {
+    let mut text = "time,energy,gap,rejected".to_owned();
+    for k in 0..scene.bodies.len() {
+        let _ = write!(text, ",x{k},y{k},z{k}");
+    }
+    text.push('\n');
+    text
+}
+
+fn row(text: &mut String, scene: &Scene, time: f64, energy: f64, gap: f64, rejected: usize) {
+    let _ = write!(text, "{time},{energy},{gap},{rejected}");
+    for position in scene.positions() {
+        let _ = write!(text, ",{},{},{}", position.x, position.y, position.z);
+    }
+    text.push('\n');
+}
