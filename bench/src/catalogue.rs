@@ -53,6 +53,7 @@ struct Seen {
     gap: f64,
     last_gap: f64,
     speed: f64,
+    last_speed: f64,
     residual: f64,
     solve: Duration,
     steps: usize,
@@ -112,11 +113,9 @@ fn watch(scene: &mut Scene, time: f64, h: impl Fn(usize) -> f64) -> Seen {
             break;
         }
         if scene.boxes.len() == scene.bodies.len() {
-            let speeds = scene
-                .bodies
-                .iter()
-                .map(|&body| scene.world.rigid(body).map_or(0.0, |state| state.velocity.norm()));
-            seen.speed = speeds.fold(seen.speed, f64::max);
+            let speed = |&body| scene.world.rigid(body).map_or(0.0, |state| state.velocity.norm());
+            seen.last_speed = scene.bodies.iter().map(speed).fold(0.0, f64::max);
+            seen.speed = seen.speed.max(seen.last_speed);
         }
     }
     let scale = start.abs().max(high - low).max(f64::MIN_POSITIVE);

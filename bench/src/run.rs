@@ -28,6 +28,9 @@ pub struct Options {
     /// Writes a row a step: time, energy, gap, rejected steps, and the position of every body.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Writes the final world, all of it, as JSON.
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
     /// Writes a picture of the final state, with the energy over time below it.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
@@ -138,6 +141,9 @@ pub fn run(options: &Options) -> Result<(), String> {
     };
     if let Some(path) = &options.csv {
         write(path, &table)?;
+    }
+    if let Some(path) = &options.save {
+        write(path, &serde_json::to_string(&scene.world.save()).map_err(|error| error.to_string())?)?;
     }
     if let Some(path) = &options.svg {
         write(path, &picture(&scene, &energies, h))?;

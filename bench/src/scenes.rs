@@ -285,6 +285,8 @@ pub fn t_handle() -> Scene {
     let mut scene = Scene::new(20.0, 1.0 / 60.0);
     scene.world.gravity = Vec3::zeros();
     scene.world.settings.integrator = forcec_runtime::Integrator::Rodas4;
+    // When it turns over hangs on the smallest of errors.
+    scene.world.settings.tolerance = 1e-9;
     let state = Rigid { angular_velocity: Vec3::new(0.01, 10.0, 0.0), ..Rigid::default() };
     scene.rigid(state, 1.0, Vec3::new(1.0, 2.0, 3.0), [0.7, 0.5, 0.3]);
     scene

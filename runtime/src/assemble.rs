@@ -44,8 +44,8 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     pub(crate) guard: Guard<R>,
     /// Work by time of what has no potential: forces, loads and bodies that are moved.
     pub(crate) power: R,
-    /// Forces that were scaled down.
-    pub(crate) capped: usize,
+    /// How many times too stiff a force was, of those that were scaled down.
+    pub(crate) capped: R,
 }
 
 /// What of an assembly is wanted beside f and the matrix.
@@ -73,7 +73,7 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
             wants: Wants::default(),
             guard: Guard::None,
             power: R::zero(),
-            capped: 0,
+            capped: R::zero(),
         }
     }
 }
@@ -105,6 +105,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             self.tangent.fill(SMatrix::zeros());
         }
         self.power = R::zero();
+        self.capped = R::zero();
     }
 
     /// Adds one force.
@@ -123,8 +124,8 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         let (mut dfdv, mut force) = (local.dfdv.to_vec(), local.force.to_vec());
         let largest = dfdx.iter().fold(R::zero(), |most, x| most.max(x.abs()));
         if let Some(most) = most.filter(|&most| largest > most) {
-            self.capped += 1;
             let scale = most / largest;
+            self.capped = self.capped.max(R::one() / scale);
             for numbers in [&mut dfdx, &mut dfdv, &mut force] {
                 numbers.iter_mut().for_each(|x| *x *= scale);
             }

@@ -29,11 +29,17 @@ pub(crate) trait Batch<R: RealField>: Send {
     fn remove(&mut self, at: usize);
     /// The handles' entries of the forces, in order.
     fn entries(&self) -> &[usize];
+    #[cfg(feature = "serde")]
     fn name(&self) -> &'static str;
     fn kinds(&self) -> &'static [BodyKind];
     fn indices(&self, at: usize) -> &[usize];
     fn indices_mut(&mut self, at: usize) -> &mut [usize];
+    /// The parameters of a force.
+    #[cfg(feature = "serde")]
     fn numbers(&self, at: usize) -> Vec<R>;
+    /// Appends a force by its parameters; whether there were as many as it takes.
+    #[cfg(feature = "serde")]
+    fn push_numbers(&mut self, numbers: &[R], indices: &[usize], entry: usize) -> bool;
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
@@ -138,6 +144,7 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         &self.entries
     }
 
+    #[cfg(feature = "serde")]
     fn name(&self) -> &'static str {
         K::NAME
     }
@@ -154,10 +161,25 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         self.indices[at].as_mut()
     }
 
+    #[cfg(feature = "serde")]
     fn numbers(&self, at: usize) -> Vec<K::Real> {
         let mut numbers = Vec::new();
         K::write_params(&self.params[at], &mut numbers);
         numbers
+    }
+
+    #[cfg(feature = "serde")]
+    fn push_numbers(&mut self, numbers: &[K::Real], indices: &[usize], entry: usize) -> bool {
+        let mut own = K::Indices::default();
+        let mut rest = numbers.iter().copied();
+        let params = K::read_params(&mut rest);
+        let Some(params) = params.filter(|_| rest.next().is_none() && own.as_ref().len() == indices.len())
+        else {
+            return false;
+        };
+        own.as_mut().copy_from_slice(indices);
+        self.push(params, own, entry);
+        true
     }
 
     fn as_any(&self) -> &dyn Any {

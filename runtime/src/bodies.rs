@@ -7,6 +7,7 @@ use nalgebra::{RealField, UnitQuaternion, Vector3};
 /// A rigid body: where its centre of mass is, how it is turned, and how it moves, all in the world frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rigid<R: RealField = f64> {
     /// The centre of mass.
     pub position: Vector3<R>,
@@ -24,6 +25,7 @@ pub type RigidF32 = Rigid<f32>;
 /// A point mass: where it is and how it moves, in the world frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Particle<R: RealField = f64> {
     /// Where it is.
     pub position: Vector3<R>,

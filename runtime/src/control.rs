@@ -12,8 +12,23 @@ use crate::report::Report;
 use crate::settings::Settings;
 use nalgebra::{RealField, Vector3, convert};
 
+/// What a time is to be covered with.
+struct Course<'a, R> {
+    /// The whole time.
+    h: R,
+    guard: Guard<R>,
+    gravity: Vector3<R>,
+    settings: &'a Settings<R>,
+}
+
 /// How often a step may be halved.
 const HALVINGS: u32 = 10;
+
+/// How many times too stiff a force may be and still be capped: beyond it, what is left is not the author's force.
+const MOST_CAPPED: f64 = 1e6;
+
+/// In how much time the memory of past energy fades, s: as long as a swing may pause.
+const MEMORY: f64 = 0.5;
 
 /// Capped stiffness, in units of mass / step².
 const CAP: f64 = 100.0;
@@ -32,9 +47,10 @@ impl<R: RealField + Copy> Island<R> {
                 Guard::SemiDefinite => report.semi_definite = 1,
                 Guard::Capped(_) => report.capped = 1,
             }
+            let course = Course { h, guard, gravity, settings };
             let covered = match settings.integrator {
-                Integrator::Rodas4 => self.cover_by_error(h, guard, gravity, settings, &mut report),
-                _ => self.cover_by_halves(h, guard, gravity, settings, &mut report),
+                Integrator::Rodas4 => self.cover_by_error(&course, &mut report),
+                _ => self.cover_by_halves(&course, &mut report),
             };
             if !covered {
                 self.restore_frame();
@@ -44,7 +60,6 @@ impl<R: RealField + Copy> Island<R> {
         });
         if !covered {
             self.life = Life::Quarantined;
-            report.quarantined = 1;
         }
         let energy = self.energy(gravity);
         report.energy = as_f64(energy.total) + self.potential_of_origin(gravity);
@@ -52,16 +67,9 @@ impl<R: RealField + Copy> Island<R> {
         report
     }
 
-    fn cover_by_halves(
-        &mut self,
-        h: R,
-        guard: Guard<R>,
-        gravity: Vector3<R>,
-        settings: &Settings<R>,
-        report: &mut Report,
-    ) -> bool {
+    fn cover_by_halves(&mut self, course: &Course<'_, R>, report: &mut Report) -> bool {
         let (half, two) = (convert::<f64, R>(0.5), convert::<f64, R>(2.0));
-        let (mut size, mut depth, mut left) = (h, 0, 1_u32);
+        let (mut size, mut depth, mut left) = (course.h, 0, 1_u32);
         let halve = |size: &mut R, depth: &mut u32, left: &mut u32| {
             (*size, *depth, *left) = (*size * half, *depth + 1, *left * 2);
         };
@@ -70,7 +78,7 @@ impl<R: RealField + Copy> Island<R> {
             halve(&mut size, &mut depth, &mut left);
         }
         while left > 0 {
-            if self.try_step(size, guard, gravity, settings, report).is_some() {
+            if self.try_step(size, course, report).is_some() {
                 left -= 1;
                 self.control.size = Some(size);
             } else if depth < HALVINGS {
@@ -82,15 +90,9 @@ impl<R: RealField + Copy> Island<R> {
         true
     }
 
-    fn cover_by_error(
-        &mut self,
-        h: R,
-        guard: Guard<R>,
-        gravity: Vector3<R>,
-        settings: &Settings<R>,
-        report: &mut Report,
-    ) -> bool {
+    fn cover_by_error(&mut self, course: &Course<'_, R>, report: &mut Report) -> bool {
         let number = convert::<f64, R>;
+        let h = course.h;
         let smallest = h * number(f64::from(2_u32.pow(2 * HALVINGS)).recip());
         let mut left = h;
         let mut size = self.control.size.unwrap_or(h).min(h);
@@ -99,8 +101,8 @@ impl<R: RealField + Copy> Island<R> {
             // The last two steps share what is left.
             let last = size >= left * number(0.999);
             let step = if last { left } else { size.min(left) };
-            let error = self.try_step(step, guard, gravity, settings, report);
-            let share = error.map(|error| error / settings.tolerance);
+            let error = self.try_step(step, course, report);
+            let share = error.map(|error| error / course.settings.tolerance);
             // One step errs by the fourth power of its size.
             let factor = share.map_or(number(0.25), |share| {
                 (number(0.9) / share.max(number(1e-8)).sqrt().sqrt()).max(number(0.2)).min(most)
@@ -131,33 +133,32 @@ impl<R: RealField + Copy> Island<R> {
     }
 
     /// One step: its error if it is good; else nothing, and the state is the one before it.
-    fn try_step(
-        &mut self,
-        h: R,
-        guard: Guard<R>,
-        gravity: Vector3<R>,
-        settings: &Settings<R>,
-        report: &mut Report,
-    ) -> Option<R> {
+    fn try_step(&mut self, h: R, course: &Course<'_, R>, report: &mut Report) -> Option<R> {
         let number = convert::<f64, R>;
+        let &Course { guard, gravity, settings, .. } = course;
         let before = self.energy(gravity);
         let outcome = self.attempt(h, guard, gravity, settings, report);
         // Of single precision a thousand roundings, of double precision far more than that.
         let bound = R::default_epsilon().sqrt().min(number(1e-4));
         let solved = outcome.filter(|outcome| outcome.residual.is_finite() && outcome.residual <= bound);
+        let solved = solved.filter(|_| self.assembled().1 <= number(MOST_CAPPED));
         let Some(outcome) = solved.filter(|_| self.store.is_finite()) else {
             self.restore();
             report.rejected += 1;
             return None;
         };
         let after = self.measure(gravity);
-        let most = self.control.most.max(before.moving).max(after.moving);
+        let faded = self.control.most / (R::one() + h / number(MEMORY));
+        let most = faded.max(before.moving).max(after.moving);
         let noise = (before.terms + after.terms) * R::default_epsilon() * number(100.0);
-        let work = (self.assembled().0 * h).max(R::zero()) * number(2.0);
+        // Power was taken somewhere within the step.
+        let work = self.assembled().0 * h * number(2.0);
         let grown = after.total - before.total;
+        let allowed = |share: R| most * share * (h / course.h) + noise;
+        let gained = grown > allowed(settings.energy_growth) + work.max(R::zero());
+        let lost = settings.energy_loss.is_some_and(|share| -grown > allowed(share) - work.min(R::zero()));
         // An error estimate sees more than energy does.
-        let chosen = outcome.error.is_some() || grown <= most * settings.energy_growth + work + noise;
-        if !chosen || !grown.is_finite() {
+        if (outcome.error.is_none() && (gained || lost)) || !grown.is_finite() {
             self.restore();
             report.rejected += 1;
             return None;

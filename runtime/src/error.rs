@@ -26,4 +26,10 @@ pub enum Error {
     /// A force between bodies none of which forces move.
     #[error("force `{0}` moves none of its bodies")]
     NothingMoves(&'static str),
+    /// A saved world has a force whose kernel was not given, or whose parameters or bodies do not fit it.
+    #[error("a saved force has no kernel it fits")]
+    UnknownKernel,
+    /// What was saved does not hold together.
+    #[error("the saved world is damaged")]
+    Damaged,
 }

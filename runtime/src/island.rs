@@ -250,7 +250,7 @@ impl<R: RealField + Copy> Island<R> {
         mut nodes: [Vec<Option<usize>>; 2],
         neighbours: Vec<BTreeSet<usize>>,
     ) -> Model<R, D> {
-        let (system, place) = System::<R, D>::new(neighbours.clone());
+        let (system, place) = System::<R, D>::new(&neighbours);
         for node in nodes.iter_mut().flatten().flatten() {
             *node = place[*node];
         }
@@ -356,8 +356,8 @@ impl<R: RealField + Copy> Island<R> {
         self.store.restore(&self.saved);
     }
 
-    /// Work by time of what has no potential, and forces that were scaled down, as assembled last.
-    pub(crate) fn assembled(&self) -> (R, usize) {
+    /// Work by time of what has no potential, and how many times too stiff a force was, as assembled last.
+    pub(crate) fn assembled(&self) -> (R, R) {
         match &self.engine {
             Engine::Three(model) => (model.assembly.power, model.assembly.capped),
             Engine::Six(model) => (model.assembly.power, model.assembly.capped),

@@ -8,6 +8,7 @@ use nalgebra::RealField;
 
 /// A body type.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BodyKind {
     /// [`Rigid`], six degrees of freedom: position, then rotation.
     Rigid,

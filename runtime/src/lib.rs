@@ -43,6 +43,8 @@ mod methods;
 pub mod prelude;
 pub mod prelude_f32;
 mod report;
+#[cfg(feature = "serde")]
+mod save;
 mod settings;
 mod sparse;
 mod store;
@@ -57,5 +59,7 @@ pub use kernel::{Bodies, BodyKind, Kernel, Measure, Parameters};
 pub use methods::Integrator;
 pub use nalgebra;
 pub use report::Report;
+#[cfg(feature = "serde")]
+pub use save::{Kernels, Saved};
 pub use settings::{Decoupling, Settings, Sleep};
 pub use world::{Body, Force, Motion, World};

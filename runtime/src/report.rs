@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-/// What a step did. Numbers are sums over the islands that were awake, unless they are called largest.
+/// What a step did. Numbers are sums over the islands that were stepped, unless they are called largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
     /// Islands that were stepped.
     pub awake: usize,
-    /// Islands that sleep.
+    /// Islands that sleep after it.
     pub asleep: usize,
-    /// Islands that stand still since no step of theirs was good, those of earlier steps too.
+    /// Islands that stand still after it since no step of theirs was good, in this call or before.
     pub quarantined: usize,
     /// Steps that were accepted to cover the time.
     pub accepted: usize,
@@ -39,8 +39,6 @@ impl Report {
     /// Adds another island's.
     pub(crate) fn add(&mut self, other: &Report) {
         self.awake += other.awake;
-        self.asleep += other.asleep;
-        self.quarantined += other.quarantined;
         self.accepted += other.accepted;
         self.rejected += other.rejected;
         self.semi_definite += other.semi_definite;

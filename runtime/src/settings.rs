@@ -14,9 +14,11 @@ pub struct Settings<R> {
     pub solver: Solver,
     /// What `Rodas4` may err in a step, m and rad.
     pub tolerance: R,
-    /// By how much the energy of an island may grow in a step, as a share of the most kinetic and elastic energy it has
-    /// had. Work that is done on it from outside is allowed beside that.
+    /// By how much the energy of an island may grow in a call of `step`, as a share of the most kinetic and elastic
+    /// energy it has had of late. Work that is done on it from outside is allowed beside that.
     pub energy_growth: R,
+    /// The same for energy that is lost; none if losing is fine, as it must be where something damps.
+    pub energy_loss: Option<R>,
     /// When islands fall asleep; none if they never do.
     pub sleep: Option<Sleep<R>>,
     /// Islands above a size are solved in parts; none if they never are.
@@ -51,6 +53,7 @@ impl<R: RealField + Copy> Default for Settings<R> {
             solver: Solver::default(),
             tolerance: convert(1e-5),
             energy_growth: convert(1e-3),
+            energy_loss: None,
             sleep: None,
             decoupling: None,
         }

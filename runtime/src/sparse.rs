@@ -17,6 +17,10 @@ pub(crate) struct System<R: RealField, const D: usize> {
     later: Vec<usize>,
     /// Where elimination of a node changes a block, for each pair of its later nodes in order.
     targets: Vec<u32>,
+    /// Which of the upper and lower blocks elimination changes, in the order of `later`.
+    changed: Vec<bool>,
+    /// Place, row and column of every block that is no fill, by rows of the upper triangle.
+    pattern: Vec<[u32; 3]>,
     /// The diagonal, then the upper, then the lower blocks.
     pub(crate) blocks: Vec<SMatrix<R, D, D>>,
     pub(crate) factors: Vec<SMatrix<R, D, D>>,
@@ -30,13 +34,15 @@ pub(crate) struct System<R: RealField, const D: usize> {
 
 impl<R: RealField + Copy, const D: usize> Default for System<R, D> {
     fn default() -> System<R, D> {
-        System::new(Vec::new()).0
+        System::new(&[]).0
     }
 }
 
 impl<R: RealField + Copy, const D: usize> System<R, D> {
     /// A system over nodes with these neighbours, and for each node its place in the order of elimination.
-    pub(crate) fn new(mut neighbours: Vec<BTreeSet<usize>>) -> (System<R, D>, Vec<usize>) {
+    pub(crate) fn new(neighbours: &[BTreeSet<usize>]) -> (System<R, D>, Vec<usize>) {
+        let coupled = neighbours;
+        let mut neighbours = neighbours.to_vec();
         let nodes = neighbours.len();
         let mut queue: BTreeSet<(usize, usize)> =
             neighbours.iter().enumerate().map(|(node, near)| (near.len(), node)).collect();
@@ -65,6 +71,8 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             start,
             later,
             targets: Vec::new(),
+            changed: Vec::new(),
+            pattern: Vec::new(),
             blocks: Vec::new(),
             factors: Vec::new(),
             parts: Vec::new(),
@@ -79,6 +87,19 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             let targets: Vec<u32> = pairs.map(|(i, j)| system.place(i, j) as u32).collect();
             system.targets.extend(targets);
         }
+        system.changed = vec![false; 2 * system.later.len()];
+        for &target in system.targets.iter().filter(|&&target| target as usize >= nodes) {
+            system.changed[target as usize - nodes] = true;
+        }
+        let mut pairs: Vec<(usize, usize)> = (0..nodes).map(|node| (node, node)).collect();
+        let ordered = |(node, near): (usize, &BTreeSet<usize>)| {
+            let (place, row) = (&place, place[node]);
+            near.iter().map(move |&other| (row, place[other])).collect::<Vec<_>>()
+        };
+        pairs.extend(coupled.iter().enumerate().flat_map(ordered));
+        pairs.sort_unstable_by_key(|&(row, column)| (row.min(column), row.max(column), row));
+        let places = pairs.into_iter().map(|(row, column)| [system.place(row, column), row, column]);
+        system.pattern = places.map(|block| block.map(|x| x as u32)).collect();
         (system, place)
     }
 
@@ -109,15 +130,6 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         self.nodes() + at + if row < column { 0 } else { self.later.len() }
     }
 
-    /// Every block beside the diagonal that has to be reckoned with: earlier node, later node, the places of the upper
-    /// and of the lower block.
-    fn pairs(&self, node: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
-        let (nodes, count) = (self.nodes(), self.later.len());
-        let range = self.start[node]..self.start[node + 1];
-        let kept = move |&at: &usize| self.is_kept(node, self.later[at]);
-        range.filter(kept).map(move |at| (self.later[at], nodes + at, nodes + count + at))
-    }
-
     fn is_kept(&self, node: usize, other: usize) -> bool {
         self.parts.is_empty() || self.parts[node] == self.parts[other]
     }
@@ -136,8 +148,11 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
     }
 
     pub(crate) fn factor(&mut self) {
-        self.factors.copy_from_slice(&self.blocks);
         let (nodes, count) = (self.nodes(), self.later.len());
+        self.factors[..nodes].copy_from_slice(&self.blocks[..nodes]);
+        for at in (0..2 * count).filter(|&at| self.changed[at]) {
+            self.factors[nodes + at] = self.blocks[nodes + at];
+        }
         let mut targets = 0;
         for node in 0..nodes {
             let row = self.start[node]..self.start[node + 1];
@@ -147,6 +162,9 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             let diagonal = self.factors[node];
             for at in row.clone() {
                 if self.is_kept(node, self.later[at]) {
+                    if !self.changed[at] {
+                        self.factors[nodes + at] = self.blocks[nodes + at];
+                    }
                     solve_block(&diagonal, &mut self.factors[nodes + at]);
                 }
             }
@@ -154,7 +172,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
                 if !self.is_kept(node, self.later[below]) {
                     continue;
                 }
-                let lower = self.factors[nodes + count + below];
+                let lower = *self.lower(below);
                 for (j, right) in row.clone().enumerate() {
                     if !self.is_kept(node, self.later[right]) {
                         continue;
@@ -167,9 +185,16 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         }
     }
 
+    /// A lower block as it is when its node is eliminated.
+    fn lower(&self, at: usize) -> &SMatrix<R, D, D> {
+        let count = self.later.len();
+        let blocks = if self.changed[count + at] { &self.factors } else { &self.blocks };
+        &blocks[self.nodes() + count + at]
+    }
+
     fn substitute(&mut self) {
         let mut rhs = std::mem::take(&mut self.rhs);
-        let (nodes, count) = (rhs.len(), self.later.len());
+        let nodes = rhs.len();
         for node in 0..nodes {
             let mut value = rhs[node];
             solve_block(&self.factors[node], &mut value);
@@ -177,7 +202,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             for at in self.start[node]..self.start[node + 1] {
                 let other = self.later[at];
                 if self.is_kept(node, other) {
-                    rhs[other] -= self.factors[nodes + count + at] * value;
+                    rhs[other] -= self.lower(at) * value;
                 }
             }
         }
@@ -225,13 +250,12 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         self.each_block(|place, row, column| y[row] += blocks[place] * x[column]);
     }
 
-    /// Every block that counts: its place, its row and its column.
+    /// Every block that counts and is no fill: its place, its row and its column.
     pub(crate) fn each_block(&self, mut visit: impl FnMut(usize, usize, usize)) {
-        for node in 0..self.nodes() {
-            visit(node, node, node);
-            for (other, upper, lower) in self.pairs(node) {
-                visit(upper, node, other);
-                visit(lower, other, node);
+        for block in &self.pattern {
+            let [place, row, column] = block.map(|x| x as usize);
+            if self.is_kept(row, column) {
+                visit(place, row, column);
             }
         }
     }

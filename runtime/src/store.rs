@@ -7,7 +7,8 @@ use nalgebra::{RealField, UnitQuaternion, Vector3, Vector6};
 
 /// What a world knows of a body beside its state.
 #[derive(Clone, Debug)]
-pub(crate) struct Member<R> {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Member<R: RealField> {
     /// Its entry among the world's bodies.
     pub(crate) entry: usize,
     pub(crate) motion: Motion<R>,
@@ -27,6 +28,7 @@ impl<R: RealField + Copy> Member<R> {
 
 /// Bodies, and beside each what is known of it. A body that no force moves may stand in several islands.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Store<R: RealField> {
     pub(crate) rigid: Vec<Rigid<R>>,
     pub(crate) particles: Vec<Particle<R>>,

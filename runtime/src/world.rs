@@ -17,6 +17,7 @@ use nalgebra::{RealField, Vector3, Vector6, convert};
 
 /// A body of a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Body {
     pub(crate) kind: BodyKind,
     pub(crate) entry: usize,
@@ -25,6 +26,7 @@ pub struct Body {
 
 /// A force of a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Force {
     entry: usize,
     generation: u32,
@@ -33,7 +35,7 @@ pub struct Force {
 /// How a body answers to forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Motion<R> {
+pub enum Motion<R: RealField> {
     /// By its mass, kg, and its principal moments of inertia along the axes of body space, kg·m²; a particle has none.
     Dynamic(R, Vector3<R>),
     /// Not at all: it goes on at its velocity, which is zero for a fixed body.
@@ -61,6 +63,7 @@ pub(crate) enum Place {
 
 /// A body that no force moves.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Frame<R: RealField> {
     pub(crate) entry: usize,
     pub(crate) origin: Vector3<f64>,
@@ -83,6 +86,8 @@ pub struct World<R: RealField + Copy = f64> {
     pub(crate) free_forces: Vec<usize>,
     /// Islands to be stepped, in order.
     pub(crate) awake: Vec<usize>,
+    /// How many sleep, and how many are quarantined.
+    pub(crate) resting: [usize; 2],
     /// The awake ones are to be found anew.
     pub(crate) stirred: bool,
 }
@@ -99,6 +104,7 @@ impl<R: RealField + Copy> Default for World<R> {
             free_bodies: Vec::new(),
             free_forces: Vec::new(),
             awake: Vec::new(),
+            resting: [0; 2],
             stirred: true,
         }
     }
@@ -411,32 +417,31 @@ impl<R: RealField + Copy> World<R> {
                 let state = frame.state;
                 frame.state = moved(&state, state.velocity * h, state.angular_velocity * h);
             }
-            let islands = &self.islands;
-            let before = self.awake.len();
-            self.awake.retain(|&number| islands[number].life == Life::Awake);
-            self.stirred |= before != self.awake.len();
+            if self.awake.iter().any(|&number| self.islands[number].life != Life::Awake) {
+                self.count();
+            }
         }
+        [report.asleep, report.quarantined] = self.resting;
         Ok(report)
     }
 
-    /// Steps every island that is awake and hands on what it reports, in order, whatever thread did it.
-    #[cfg(not(feature = "rayon"))]
-    fn each_awake(&mut self, step: impl Fn(&mut Island<R>) -> Report + Send + Sync, mut done: impl FnMut(Report)) {
+    /// Steps every island that is awake and hands on what each reports, in order, whatever thread stepped it.
+    fn each_awake(
+        &mut self,
+        step: impl Fn(&mut Island<R>) -> Report + Send + Sync,
+        mut done: impl FnMut(Report),
+    ) where
+        R: Send + Sync,
+    {
+        #[cfg(feature = "rayon")]
+        if self.awake.len() > 1 {
+            use rayon::prelude::{IntoParallelRefMutIterator, ParallelIterator};
+            let awake = self.islands.par_iter_mut().filter(|island| island.life == Life::Awake);
+            return awake.map(step).collect::<Vec<Report>>().into_iter().for_each(done);
+        }
         for &number in &self.awake {
             done(step(&mut self.islands[number]));
         }
-    }
-
-    /// Steps every island that is awake, on all threads of the pool, and hands on what it reports, in order.
-    #[cfg(feature = "rayon")]
-    fn each_awake(&mut self, step: impl Fn(&mut Island<R>) -> Report + Send + Sync, done: impl FnMut(Report))
-    where
-        R: Send + Sync,
-    {
-        use rayon::prelude::{IntoParallelRefMutIterator, ParallelIterator};
-        let islands = self.islands.par_iter_mut();
-        let reports: Vec<Report> = islands.filter(|island| island.life == Life::Awake).map(step).collect();
-        reports.into_iter().for_each(done);
     }
 
     /// Brings islands up to date: those that fell apart, those whose system has changed, those that are awake.
@@ -464,8 +469,7 @@ impl<R: RealField + Copy> World<R> {
                     self.renumber(number);
                 }
             }
-            self.awake.clear();
-            self.awake.extend((0..self.islands.len()).filter(|&k| self.islands[k].life == Life::Awake));
+            self.count();
             for k in 0..self.awake.len() {
                 let number = self.awake[k];
                 if self.islands[number].changed {
@@ -488,6 +492,19 @@ impl<R: RealField + Copy> World<R> {
                         }
                     }
                 }
+            }
+        }
+    }
+
+    /// Finds which islands are awake, and counts the others.
+    fn count(&mut self) {
+        self.awake.clear();
+        self.resting = [0; 2];
+        for (number, island) in self.islands.iter().enumerate() {
+            match island.life {
+                Life::Awake => self.awake.push(number),
+                Life::Asleep => self.resting[0] += 1,
+                Life::Quarantined => self.resting[1] += 1,
             }
         }
     }
