@@ -5,6 +5,7 @@
 pub mod catalogue;
 pub mod kernels;
 pub mod picture;
+pub mod precision;
 pub mod run;
 pub mod scenes;
 

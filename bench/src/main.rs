@@ -2,6 +2,7 @@
 
 use clap::{Parser, Subcommand};
 use forcec_bench::catalogue::{self, CASES};
+use forcec_bench::precision::{self, PROBLEMS, STEPS};
 use forcec_bench::run::{self, Options};
 use std::process::ExitCode;
 
@@ -17,6 +18,14 @@ struct Arguments {
 enum Command {
     /// Steps a scene and reports on a line.
     Run(Options),
+    /// Run time against error, a row an integrator and a step.
+    Precision {
+        /// Names of problems, c10 or ben25; all if there are none.
+        problems: Vec<String>,
+        /// Steps of 1/60 and 1/120 s alone.
+        #[arg(long)]
+        quick: bool,
+    },
     /// Tries the cases of the stability catalogue and prints a table.
     Catalogue {
         /// Numbers of cases; all if there are none.
@@ -36,6 +45,15 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
+        Command::Precision { problems, quick } => {
+            let chosen = |name: &str| problems.is_empty() || problems.iter().any(|own| own == name);
+            let steps = if quick { &STEPS[1..3] } else { &STEPS[..] };
+            for problem in PROBLEMS.iter().filter(|problem| chosen(problem.name)) {
+                let (points, own) = precision::measure(problem, steps);
+                println!("{}", precision::table(problem, &points, own));
+            }
+            ExitCode::SUCCESS
+        }
         Command::Catalogue { cases, quick } => {
             let chosen = CASES.iter().filter(|case| cases.is_empty() || cases.contains(&case.number));
             println!("{}", catalogue::HEAD);

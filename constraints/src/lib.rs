@@ -27,3 +27,8 @@ include_forces!("../fields.rs");
 include_forces!("../joints.rs");
 include_forces!("../solids.rs");
 include_forces!("../springs.rs");
+
+/// The examples of the document about the runtime, which needs forces of this library.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/runtime.md")]
+struct Runtime;

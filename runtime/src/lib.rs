@@ -40,6 +40,7 @@ mod island;
 mod iterative;
 pub mod kernel;
 mod methods;
+mod partition;
 pub mod prelude;
 pub mod prelude_f32;
 mod report;

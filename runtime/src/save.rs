@@ -52,9 +52,12 @@ struct SavedForce<R> {
     params: Vec<R>,
 }
 
+/// Makes a batch without forces.
+type Empty<R> = fn() -> Box<dyn Batch<R>>;
+
 /// The kernels that a saved world may name.
 pub struct Kernels<R> {
-    empty: BTreeMap<&'static str, fn() -> Box<dyn Batch<R>>>,
+    empty: BTreeMap<&'static str, Empty<R>>,
 }
 
 impl<R> Default for Kernels<R> {
@@ -79,7 +82,7 @@ impl<R: RealField + Copy> Kernels<R> {
 impl<R: RealField + Copy> World<R> {
     /// All that a step depends on.
     pub fn save(&self) -> Saved<R> {
-        let batch = |batch: &Box<dyn Batch<R>>| {
+        let batch = |batch: &dyn Batch<R>| {
             let force = |(at, &entry): (usize, &usize)| SavedForce {
                 entry,
                 bodies: batch.indices(at).to_vec(),
@@ -96,7 +99,7 @@ impl<R: RealField + Copy> World<R> {
             life: island.life,
             torn: island.torn,
             control: island.control,
-            batches: island.batches.iter().map(batch).collect(),
+            batches: island.batches.iter().map(|it| batch(it.as_ref())).collect(),
         };
         Saved {
             gravity: self.gravity,

@@ -1,0 +1,160 @@
+//! Which bodies and forces are in which island: kept up to date as they come, go and wake.
+
+use crate::Rigid;
+use crate::island::{Island, Life};
+use crate::kernel::BodyKind;
+use crate::store::{Member, as_particle};
+use crate::world::{Body, Frame, Motion, Place, World};
+use nalgebra::{RealField, Vector3, Vector6, convert};
+
+impl<R: RealField + Copy> World<R> {
+    /// Brings islands up to date: those that fell apart, those whose system has changed, those that are awake.
+    pub(crate) fn prepare(&mut self) {
+        let moves = |state: &Rigid<R>| {
+            state.velocity != Vector3::zeros() || state.angular_velocity != Vector3::zeros()
+        };
+        if self.frames.iter().any(|frame| moves(&frame.state)) {
+            for number in 0..self.islands.len() {
+                if self.islands[number].life == Life::Asleep && self.has_moving_frame(number) {
+                    self.islands[number].wake();
+                    self.stirred = true;
+                }
+            }
+        }
+        if std::mem::take(&mut self.stirred) {
+            for number in 0..self.islands.len() {
+                if std::mem::take(&mut self.islands[number].torn) {
+                    self.take_apart(number);
+                }
+            }
+            for number in (0..self.islands.len()).rev() {
+                if self.islands[number].store.moving() == 0 {
+                    self.islands.swap_remove(number);
+                    self.renumber(number);
+                }
+            }
+            self.count();
+            for k in 0..self.awake.len() {
+                let number = self.awake[k];
+                if self.islands[number].changed {
+                    self.islands[number].prepare();
+                    self.renumber(number);
+                }
+            }
+        }
+        for &number in &self.awake {
+            let Island { origin, store, .. } = &mut self.islands[number];
+            for (kind, members) in [BodyKind::Rigid, BodyKind::Particle].into_iter().zip(&store.members) {
+                for (index, member) in members.iter().enumerate() {
+                    if member.motion == Motion::Kinematic
+                        && let Some(Place::Frame(frame)) = self.bodies[member.entry].place
+                    {
+                        let state = self.frames[frame].local_to(*origin);
+                        match kind {
+                            BodyKind::Rigid => store.rigid[index] = state,
+                            BodyKind::Particle => store.particles[index] = as_particle(&state),
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Finds which islands are awake, and counts the others.
+    pub(crate) fn count(&mut self) {
+        self.awake.clear();
+        self.resting = [0; 2];
+        for (number, island) in self.islands.iter().enumerate() {
+            match island.life {
+                Life::Awake => self.awake.push(number),
+                Life::Asleep => self.resting[0] += 1,
+                Life::Quarantined => self.resting[1] += 1,
+            }
+        }
+    }
+
+    fn has_moving_frame(&self, island: usize) -> bool {
+        self.islands[island].store.iter().any(|(kind, index, member)| {
+            let state = self.islands[island].store.get(kind, index);
+            let state = match self.bodies[member.entry].place {
+                Some(Place::Frame(frame)) => self.frames[frame].state,
+                _ => state,
+            };
+            member.motion == Motion::Kinematic
+                && (state.velocity != Vector3::zeros() || state.angular_velocity != Vector3::zeros())
+        })
+    }
+
+    /// Makes islands of the parts of one.
+    fn take_apart(&mut self, number: usize) {
+        let Some((count, parts)) = self.islands[number].parts() else { return };
+        let whole = std::mem::replace(&mut self.islands[number], Island::new(Vector3::zeros()));
+        for part in 0..count {
+            let mut island = Island::new(whole.origin);
+            island.take_from(&whole, &|kind, index| parts[kind as usize][index] == part);
+            island.life = whole.life;
+            let at = if part == 0 { number } else { self.islands.len() };
+            if part == 0 {
+                self.islands[number] = island;
+            } else {
+                self.islands.push(island);
+            }
+            self.renumber(at);
+        }
+    }
+
+    /// Tells handles where the bodies and forces of an island are; one that is not there has none.
+    fn renumber(&mut self, number: usize) {
+        let Some(island) = self.islands.get(number) else { return };
+        for (_, index, member) in island.store.iter() {
+            if member.motion != Motion::Kinematic {
+                self.bodies[member.entry].place = Some(Place::Island(number, index));
+            }
+        }
+        for (b, batch) in island.batches.iter().enumerate() {
+            for (at, &entry) in batch.entries().iter().enumerate() {
+                self.forces[entry].place = Some((number, b, at));
+            }
+        }
+    }
+
+    /// Makes one island of two, the larger one, and returns its number.
+    pub(crate) fn join(&mut self, a: usize, b: usize) -> usize {
+        if a == b {
+            return a;
+        }
+        let size = |number: usize| self.islands[number].store.moving();
+        let (home, guest) = if size(a) >= size(b) { (a, b) } else { (b, a) };
+        let (lives, torn) = ([home, guest].map(|it| self.islands[it].life), self.islands[guest].torn);
+        let guest = std::mem::replace(&mut self.islands[guest], Island::new(Vector3::zeros()));
+        let island = &mut self.islands[home];
+        island.take_from(&guest, &|_, _| true);
+        island.torn |= torn;
+        island.life = if lives.contains(&Life::Quarantined) { Life::Quarantined } else { Life::Awake };
+        island.wake();
+        self.renumber(home);
+        home
+    }
+
+    /// The index of a body that no force moves in an island.
+    pub(crate) fn stand_in(&mut self, island: usize, body: Body, frame: usize) -> usize {
+        let island = &mut self.islands[island];
+        let members = &island.store.members[body.kind as usize];
+        let own = members
+            .iter()
+            .position(|member| member.entry == body.entry && member.motion == Motion::Kinematic);
+        own.unwrap_or_else(|| {
+            let state = self.frames[frame].local_to(island.origin);
+            let member = Member { entry: body.entry, motion: Motion::Kinematic, load: Vector6::zeros() };
+            island.store.push(body.kind, state, member)
+        })
+    }
+}
+
+impl<R: RealField + Copy> Frame<R> {
+    /// Its state, the position counting from an origin.
+    fn local_to(&self, origin: Vector3<f64>) -> Rigid<R> {
+        let shift: Vector3<R> = (self.origin - origin).map(convert);
+        Rigid { position: self.state.position + shift, ..self.state }
+    }
+}
