@@ -180,18 +180,25 @@ impl Builder<'_> {
         for part in parts {
             self.part = part;
             self.statements.push(Statement::Heading(part));
-            self.zeros(part);
-            rows.scaled.iter().filter(|scaled| scaled.part == part).for_each(|scaled| self.scaled(scaled));
             let outputs: Vec<(Output, Edge)> =
                 self.items.outputs.iter().filter(|(output, _)| output.part == part).copied().collect();
             let together =
                 |x: &(Output, Edge), y: &(Output, Edge)| rows.side_by_side(part) && x.0.row == y.0.row;
+            // Zeros among what is stored side by side come right before it.
+            let empty = |row: &&[(Output, Edge)]| row.iter().all(|(_, edge)| self.items.is_zero(edge.item));
+            let empty: Vec<(Output, Edge)> =
+                outputs.chunk_by(together).filter(empty).flatten().copied().collect();
+            self.zeros(part, &empty);
+            rows.scaled.iter().filter(|scaled| scaled.part == part).for_each(|scaled| self.scaled(scaled));
             for row in outputs.chunk_by(together) {
                 let filled = row.iter().filter(|(_, edge)| !self.items.is_zero(edge.item));
                 let filled: Vec<(Output, Edge)> = filled.copied().collect();
                 for (output, edge) in &filled {
                     self.visit(edge.item, Family::Output(*output));
                     self.store_all(edge.item);
+                }
+                if rows.side_by_side(part) && !filled.is_empty() {
+                    self.zeros(part, row);
                 }
                 filled.into_iter().for_each(|(output, edge)| self.store(output, edge));
             }
@@ -223,11 +230,12 @@ impl Builder<'_> {
         }
     }
 
-    /// The zeros of a part.
-    fn zeros(&mut self, part: Part) {
+    /// The zeros among some outputs of a part.
+    fn zeros(&mut self, part: Part, outputs: &[(Output, Edge)]) {
         let mut rows: Vec<(usize, Vec<Range<usize>>)> = Vec::new();
-        let zero = |(output, edge): &&(Output, Edge)| output.part == part && self.items.is_zero(edge.item);
-        for (Output { row, column, .. }, _) in self.items.outputs.iter().filter(zero) {
+        for (Output { row, column, .. }, _) in
+            outputs.iter().filter(|(_, edge)| self.items.is_zero(edge.item))
+        {
             match rows.last_mut() {
                 Some((last, runs)) if last == row => match runs.last_mut() {
                     Some(run) if run.end == *column => run.end += 1,
