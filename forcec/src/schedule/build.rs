@@ -12,18 +12,18 @@ use crate::schedule::cut::{self, Room};
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::rows::{self, Negated, Rows, Scaled};
-use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Variable};
+use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Style, Variable};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// The statements that compute the items' outputs.
-pub(super) fn build(signature: &Signature, mut items: Items) -> Schedule {
+pub(super) fn build(signature: &Signature, mut items: Items, style: Style) -> Schedule {
     let mut distinct: Vec<ItemId> =
         items.outputs.iter().map(|(_, edge)| edge.item).filter(|item| !items.is_zero(*item)).collect();
     let nonzero = distinct.len();
     distinct.sort_unstable();
     distinct.dedup();
-    let rows = rows::find(&mut items, signature);
+    let rows = rows::find(&mut items, signature, !style.strict);
     let own_line = own_line(signature, &items, &rows);
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
