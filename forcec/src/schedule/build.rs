@@ -190,6 +190,8 @@ impl Builder<'_> {
                 outputs.chunk_by(together).filter(empty).flatten().copied().collect();
             self.zeros(part, &empty);
             rows.scaled.iter().filter(|scaled| scaled.part == part).for_each(|scaled| self.scaled(scaled));
+            let at_once = |negated: &&Negated| negated.part == part && rows.looped(negated);
+            rows.negated.iter().filter(at_once).for_each(|negated| self.negated(negated));
             for row in outputs.chunk_by(together) {
                 let filled = row.iter().filter(|(_, edge)| !self.items.is_zero(edge.item));
                 let filled: Vec<(Output, Edge)> = filled.copied().collect();
@@ -203,9 +205,13 @@ impl Builder<'_> {
                 filled.into_iter().for_each(|(output, edge)| self.store(output, edge));
             }
         }
-        for &Negated { part, ref rows, from } in &rows.negated {
-            self.statements.push(Statement::Negated { part, rows: rows.clone(), from });
-        }
+        rows.negated.iter().filter(|negated| !rows.looped(negated)).for_each(|negated| self.negated(negated));
+    }
+
+    /// Rows that are the negatives of others.
+    fn negated(&mut self, negated: &Negated) {
+        let Negated { part, ref rows, from } = *negated;
+        self.statements.push(Statement::Negated { part, rows: rows.clone(), from });
     }
 
     /// Rows that are multiples of one row.

@@ -39,6 +39,15 @@ impl Rows {
         self.negated.iter().any(|negated| negated.part == part)
     }
 
+    /// Whether loops write the rows that these negate, so that they can be negated at once.
+    pub(super) fn looped(&self, negated: &Negated) -> bool {
+        let written = |row: usize| {
+            let scaled = |s: &Scaled| s.part == negated.part && s.rows.iter().any(|(own, _)| *own == row);
+            self.scaled.iter().any(scaled)
+        };
+        (negated.from..negated.from + negated.rows.len()).all(written)
+    }
+
     /// Whether a row needs no stores of its own.
     pub(super) fn cover(&self, output: Output) -> bool {
         let negated = |n: &Negated| n.part == output.part && n.rows.contains(&output.row);
@@ -87,7 +96,10 @@ fn release(items: &mut Items, item: ItemId) {
     }
 }
 
-/// Rows that are the negatives of earlier ones, in runs.
+/// From so many entries on a row is long.
+const LONG: usize = 8;
+
+/// Rows that are the negatives of earlier ones, in runs; long rows that are well filled one by one.
 fn negated(items: &Items, part: Part, matrix: &[&[Edge]]) -> Vec<Negated> {
     let mut found: Vec<Negated> = Vec::new();
     let mut known = vec![false; matrix.len()];
@@ -103,8 +115,12 @@ fn negated(items: &Items, part: Part, matrix: &[&[Edge]]) -> Vec<Negated> {
         };
         let Some(from) = (0..row).find(opposite) else { continue };
         known[row] = true;
+        // gcc unrolls the loop of one row and then knows what it negates; that pays for long rows, well filled.
+        let one_by_one = entries.len() >= LONG && 2 * nonzero > entries.len();
         match found.last_mut() {
-            Some(run) if run.rows.end == row && run.from + run.rows.len() == from => run.rows.end += 1,
+            Some(run) if !one_by_one && run.rows.end == row && run.from + run.rows.len() == from => {
+                run.rows.end += 1
+            }
             _ => found.push(Negated { part, rows: row..row + 1, from }),
         }
     }

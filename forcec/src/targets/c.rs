@@ -412,6 +412,10 @@ impl Dialect for C<'_> {
     fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
         let count = part.shape(self.signature).1;
         let back = rows.start - from;
+        if rows.len() == 1 {
+            let (row, each) = (rows.start, format!("for (int j = 0; j < {count}; j++)"));
+            return C::body(each, format!("out->{part}[{row}][j] = -out->{part}[{from}][j];"));
+        }
         vec![
             format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),
             format!("    for (int j = 0; j < {count}; j++) out->{part}[i][j] = -out->{part}[i - {back}][j];"),
