@@ -3,7 +3,8 @@
 //! In: items, operands before users. Out: a schedule. The walk is depth first from the outputs in their order, so a
 //! value is computed right before it is first needed and stored, with everything equal to it, as soon as it is there.
 //! Rows that follow from others are written by loops; the rows of the same matrix are stored when all their entries
-//! are there, side by side, so that compilers make wide stores of them and wide loads in the loops.
+//! are there, side by side, so that compilers make wide stores of them and wide loads in the loops; the zeros among them
+//! come right before.
 
 use crate::bodies::Signature;
 use crate::exact::Exact;

@@ -177,8 +177,8 @@ pub enum Statement {
         part: Part,
         /// The rows, and the runs of columns in each; a force counts as one column.
         rows: Vec<(usize, Vec<Range<usize>>)>,
-        /// Whether the other entries of these rows are stored later and row by row, so that the whole rows may be zero
-        /// until then.
+        /// Whether the other entries of these rows are stored after this and row by row, so that the whole rows may be
+        /// zero until then.
         first: bool,
     },
     /// A temporary row gets its values: one a column.
