@@ -138,7 +138,7 @@ fn stages(file: &syntax::ast::File, definition: Definition, request: &Request) -
         ..plan
     });
     let optimized = optimize(|formulation| derive(&definition, &request.outputs, formulation), plan);
-    let style = Style { divisions: plan.mode == Mode::Strict, fma: plan.fma };
+    let style = Style { strict: plan.mode == Mode::Strict, fma: plan.fma };
     let schedule = schedule(&optimized.program, style);
     let time = started.elapsed();
     let kernel = Kernel {

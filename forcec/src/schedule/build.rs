@@ -3,7 +3,8 @@
 //! In: items, operands before users. Out: a schedule. The walk is depth first from the outputs in their order, so a
 //! value is computed right before it is first needed and stored, with everything equal to it, as soon as it is there.
 //! Rows that follow from others are written by loops; the rows of the same matrix are stored when all their entries
-//! are there, side by side, so that compilers make wide stores of them and wide loads in the loops.
+//! are there, side by side, so that compilers make wide stores of them and wide loads in the loops; the zeros among them
+//! come right before.
 
 use crate::bodies::Signature;
 use crate::exact::Exact;
@@ -12,18 +13,18 @@ use crate::schedule::cut::{self, Room};
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::rows::{self, Negated, Rows, Scaled};
-use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Variable};
+use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Style, Variable};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// The statements that compute the items' outputs.
-pub(super) fn build(signature: &Signature, mut items: Items) -> Schedule {
+pub(super) fn build(signature: &Signature, mut items: Items, style: Style) -> Schedule {
     let mut distinct: Vec<ItemId> =
         items.outputs.iter().map(|(_, edge)| edge.item).filter(|item| !items.is_zero(*item)).collect();
     let nonzero = distinct.len();
     distinct.sort_unstable();
     distinct.dedup();
-    let rows = rows::find(&mut items, signature);
+    let rows = rows::find(&mut items, signature, !style.strict);
     let own_line = own_line(signature, &items, &rows);
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
@@ -180,12 +181,18 @@ impl Builder<'_> {
         for part in parts {
             self.part = part;
             self.statements.push(Statement::Heading(part));
-            self.zeros(part);
-            rows.scaled.iter().filter(|scaled| scaled.part == part).for_each(|scaled| self.scaled(scaled));
             let outputs: Vec<(Output, Edge)> =
                 self.items.outputs.iter().filter(|(output, _)| output.part == part).copied().collect();
             let together =
                 |x: &(Output, Edge), y: &(Output, Edge)| rows.side_by_side(part) && x.0.row == y.0.row;
+            // Zeros among what is stored side by side come right before it.
+            let empty = |row: &&[(Output, Edge)]| row.iter().all(|(_, edge)| self.items.is_zero(edge.item));
+            let empty: Vec<(Output, Edge)> =
+                outputs.chunk_by(together).filter(empty).flatten().copied().collect();
+            self.zeros(part, &empty);
+            rows.scaled.iter().filter(|scaled| scaled.part == part).for_each(|scaled| self.scaled(scaled));
+            let at_once = |negated: &&Negated| negated.part == part && rows.looped(negated);
+            rows.negated.iter().filter(at_once).for_each(|negated| self.negated(negated));
             for row in outputs.chunk_by(together) {
                 let filled = row.iter().filter(|(_, edge)| !self.items.is_zero(edge.item));
                 let filled: Vec<(Output, Edge)> = filled.copied().collect();
@@ -193,12 +200,19 @@ impl Builder<'_> {
                     self.visit(edge.item, Family::Output(*output));
                     self.store_all(edge.item);
                 }
+                if rows.side_by_side(part) && !filled.is_empty() {
+                    self.zeros(part, row);
+                }
                 filled.into_iter().for_each(|(output, edge)| self.store(output, edge));
             }
         }
-        for &Negated { part, ref rows, from } in &rows.negated {
-            self.statements.push(Statement::Negated { part, rows: rows.clone(), from });
-        }
+        rows.negated.iter().filter(|negated| !rows.looped(negated)).for_each(|negated| self.negated(negated));
+    }
+
+    /// Rows that are the negatives of others.
+    fn negated(&mut self, negated: &Negated) {
+        let Negated { part, ref rows, from } = *negated;
+        self.statements.push(Statement::Negated { part, rows: rows.clone(), from });
     }
 
     /// Rows that are multiples of one row.
@@ -223,11 +237,12 @@ impl Builder<'_> {
         }
     }
 
-    /// The zeros of a part.
-    fn zeros(&mut self, part: Part) {
+    /// The zeros among some outputs of a part.
+    fn zeros(&mut self, part: Part, outputs: &[(Output, Edge)]) {
         let mut rows: Vec<(usize, Vec<Range<usize>>)> = Vec::new();
-        let zero = |(output, edge): &&(Output, Edge)| output.part == part && self.items.is_zero(edge.item);
-        for (Output { row, column, .. }, _) in self.items.outputs.iter().filter(zero) {
+        for (Output { row, column, .. }, _) in
+            outputs.iter().filter(|(_, edge)| self.items.is_zero(edge.item))
+        {
             match rows.last_mut() {
                 Some((last, runs)) if last == row => match runs.last_mut() {
                     Some(run) if run.end == *column => run.end += 1,

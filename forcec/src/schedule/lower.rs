@@ -242,7 +242,7 @@ impl Lowering<'_> {
                 return self.place(id, multiple);
             }
             Node::Recip(_)
-                if (self.reads[id.index()] == 1 || self.style.divisions)
+                if (self.reads[id.index()] == 1 || self.style.strict)
                     && self.program.graph.name(id).is_none() =>
             {
                 return;
@@ -306,7 +306,7 @@ impl Lowering<'_> {
         let (mut over, mut under) = (Vec::new(), Vec::new());
         for &(id, exponent) in factors {
             match *self.program.graph.node(id) {
-                Node::Recip(x) if self.of[id.index()].is_none() || self.style.divisions => {
+                Node::Recip(x) if self.of[id.index()].is_none() || self.style.strict => {
                     let x = self.item(x);
                     under.push(self.power(x, exponent));
                 }

@@ -177,8 +177,8 @@ pub enum Statement {
         part: Part,
         /// The rows, and the runs of columns in each; a force counts as one column.
         rows: Vec<(usize, Vec<Range<usize>>)>,
-        /// Whether the other entries of these rows are stored later and row by row, so that the whole rows may be zero
-        /// until then.
+        /// Whether the other entries of these rows are stored after this and row by row, so that the whole rows may be
+        /// zero until then.
         first: bool,
     },
     /// A temporary row gets its values: one a column.
@@ -239,8 +239,8 @@ pub struct Schedule {
 /// What may be written how.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Style {
-    /// Every quotient is a division: no reciprocal serves several.
-    pub divisions: bool,
+    /// No product is regrouped, and every quotient is a division: no reciprocal serves several.
+    pub strict: bool,
     /// A product that only a sum reads is added to it by a fused multiplication.
     pub fma: bool,
 }
@@ -248,7 +248,7 @@ pub struct Style {
 /// The statements that compute a program's outputs.
 pub fn schedule(program: &Program, style: Style) -> Schedule {
     let items = lower::lower(program, style);
-    build::build(&program.signature, items)
+    build::build(&program.signature, items, style)
 }
 
 impl Schedule {

@@ -39,6 +39,15 @@ impl Rows {
         self.negated.iter().any(|negated| negated.part == part)
     }
 
+    /// Whether loops write the rows that these negate, so that they can be negated at once.
+    pub(super) fn looped(&self, negated: &Negated) -> bool {
+        let written = |row: usize| {
+            let scaled = |s: &Scaled| s.part == negated.part && s.rows.iter().any(|(own, _)| *own == row);
+            self.scaled.iter().any(scaled)
+        };
+        (negated.from..negated.from + negated.rows.len()).all(written)
+    }
+
     /// Whether a row needs no stores of its own.
     pub(super) fn cover(&self, output: Output) -> bool {
         let negated = |n: &Negated| n.part == output.part && n.rows.contains(&output.row);
@@ -48,7 +57,9 @@ impl Rows {
 }
 
 /// Finds the rows that follow from others and takes their outputs away from the items.
-pub(super) fn find(items: &mut Items, signature: &Signature) -> Rows {
+///
+/// Products may be regrouped for it where a mode allows that.
+pub(super) fn find(items: &mut Items, signature: &Signature, regroup: bool) -> Rows {
     let mut rows = Rows::default();
     for part in items.parts.clone().into_iter().filter(|part| !part.is_list()) {
         let (rows_of_part, count) = part.shape(signature);
@@ -58,7 +69,7 @@ pub(super) fn find(items: &mut Items, signature: &Signature) -> Rows {
         rows.negated.extend(negated(items, part, &matrix));
         let free: Vec<usize> =
             (0..rows_of_part).filter(|&row| !rows.cover(Output::new(part, row, 0))).collect();
-        rows.scaled.extend(scaled(items, part, &matrix, &free));
+        rows.scaled.extend(scaled(items, part, &matrix, &free, regroup));
     }
     let outputs = std::mem::take(&mut items.outputs);
     let (covered, kept): (Vec<_>, Vec<_>) = outputs.into_iter().partition(|(output, _)| rows.cover(*output));
@@ -85,7 +96,10 @@ fn release(items: &mut Items, item: ItemId) {
     }
 }
 
-/// Rows that are the negatives of earlier ones, in runs.
+/// From so many entries on a row is long.
+const LONG: usize = 8;
+
+/// Rows that are the negatives of earlier ones, in runs; long rows that are well filled one by one.
 fn negated(items: &Items, part: Part, matrix: &[&[Edge]]) -> Vec<Negated> {
     let mut found: Vec<Negated> = Vec::new();
     let mut known = vec![false; matrix.len()];
@@ -101,8 +115,12 @@ fn negated(items: &Items, part: Part, matrix: &[&[Edge]]) -> Vec<Negated> {
         };
         let Some(from) = (0..row).find(opposite) else { continue };
         known[row] = true;
+        // gcc unrolls the loop of one row and then knows what it negates; that pays for long rows, well filled.
+        let one_by_one = entries.len() >= LONG && 2 * nonzero > entries.len();
         match found.last_mut() {
-            Some(run) if run.rows.end == row && run.from + run.rows.len() == from => run.rows.end += 1,
+            Some(run) if !one_by_one && run.rows.end == row && run.from + run.rows.len() == from => {
+                run.rows.end += 1
+            }
             _ => found.push(Negated { part, rows: row..row + 1, from }),
         }
     }
@@ -112,58 +130,129 @@ fn negated(items: &Items, part: Part, matrix: &[&[Edge]]) -> Vec<Negated> {
 /// Fewer entries or rows are not worth a loop.
 const LEAST: usize = 3;
 
-/// An entry that is a product, or the negative of one.
-struct Product {
-    factors: [ItemId; 2],
-    negative: bool,
-}
+/// More factors are not told apart.
+const MOST: usize = 12;
 
-impl Product {
-    /// The other factor.
-    fn other(&self, factor: ItemId) -> Option<ItemId> {
-        match self.factors {
-            [x, y] if x == factor => Some(y),
-            [x, y] if y == factor => Some(x),
-            _ => None,
+/// The factors of a product in sorted order; of a product of products too, where regrouping is allowed.
+fn factors(items: &Items, item: ItemId, regroup: bool) -> Vec<ItemId> {
+    let mut found = Vec::new();
+    let mut pending = vec![item];
+    while let Some(next) = pending.pop() {
+        match &items.items[next as usize] {
+            Item::Quotient(over, under)
+                if under.is_empty()
+                    && items.sources[next as usize].is_none()
+                    && (regroup || next == item) =>
+            {
+                pending.extend(over)
+            }
+            _ => found.push(next),
+        }
+        if found.len() + pending.len() > MOST {
+            return vec![item];
         }
     }
+    found.sort_unstable();
+    found
+}
+
+/// What is left of some factors without others; `None` if these are not among them.
+fn without(factors: &[ItemId], others: &[ItemId]) -> Option<Vec<ItemId>> {
+    let mut rest = factors.to_vec();
+    for other in others {
+        rest.remove(rest.iter().position(|factor| factor == other)?);
+    }
+    Some(rest)
+}
+
+/// The factors that are in both.
+fn common(factors: &[ItemId], others: &[ItemId]) -> Vec<ItemId> {
+    let mut others = others.to_vec();
+    let shared = |factor: &&ItemId| {
+        let place = others.iter().position(|other| other == *factor);
+        place.map(|place| others.remove(place)).is_some()
+    };
+    factors.iter().filter(shared).copied().collect()
 }
 
 /// Rows whose entries are all products of a factor of the row and a factor of the column.
-fn scaled(items: &Items, part: Part, matrix: &[&[Edge]], free: &[usize]) -> Option<Scaled> {
+fn scaled(
+    items: &mut Items,
+    part: Part,
+    matrix: &[&[Edge]],
+    free: &[usize],
+    regroup: bool,
+) -> Option<Scaled> {
     let mut reads = rustc_hash::FxHashMap::default();
     for edge in matrix.iter().copied().flatten() {
         *reads.entry(edge.item).or_insert(0u32) += 1;
     }
     // The factors of an entry that nothing else reads.
-    let factors = |edge: &Edge| match &items.items[edge.item as usize] {
-        Item::Quotient(over, under) if under.is_empty() && over.len() == 2 => {
-            let plain = over.iter().all(|x| !items.items[*x as usize].is_literal());
-            let alone = items.sources[edge.item as usize].is_none()
-                && items.uses[edge.item as usize] == reads[&edge.item];
-            (plain && alone).then(|| [over[0], over[1]])
-        }
-        _ => None,
+    let product = |edge: &Edge| {
+        let alone = items.sources[edge.item as usize].is_none()
+            && items.uses[edge.item as usize] == reads[&edge.item];
+        let factors = factors(items, edge.item, regroup);
+        (alone && factors.len() > 1).then_some((factors, edge.negative))
     };
-    let product = |edge: &Edge| Some(Product { factors: factors(edge)?, negative: edge.negative });
-    let products = |row: usize| matrix[row].iter().map(product).collect::<Option<Vec<Product>>>();
-    let rows: Vec<(usize, Vec<Product>)> =
-        free.iter().filter_map(|&row| Some((row, products(row)?))).collect();
+    let products = |row: usize| matrix[row].iter().map(product).collect::<Option<Vec<_>>>();
+    let rows: Vec<_> = free.iter().filter_map(|&row| Some((row, products(row)?))).collect();
     let (_, first) = rows.first().filter(|(_, entries)| rows.len() >= LEAST && entries.len() >= LEAST)?;
-    let multiples = |factor: ItemId| -> Option<Scaled> {
-        let column = |entry: &Product| Some(Edge { item: entry.other(factor)?, negative: entry.negative });
-        let columns: Vec<Edge> = first.iter().map(column).collect::<Option<_>>()?;
-        let multiple = |entries: &[Product]| -> Option<Edge> {
-            let item = entries[0].other(columns[0].item)?;
-            let negative = entries[0].negative != columns[0].negative;
-            let same = |(entry, column): (&Product, &Edge)| {
-                entry.other(item) == Some(column.item) && entry.negative == (column.negative != negative)
-            };
-            entries.iter().zip(&columns).all(same).then_some(Edge { item, negative })
+    // What the first row has in common is its own factor; what is left, the columns'.
+    let shared = first.iter().fold(first[0].0.clone(), |shared, (factors, _)| common(&shared, factors));
+    let column = |(factors, negative): &(Vec<ItemId>, bool)| Some((without(factors, &shared)?, *negative));
+    let columns: Vec<(Vec<ItemId>, bool)> = first.iter().map(column).collect::<Option<_>>()?;
+    let multiple = |entries: &[(Vec<ItemId>, bool)]| {
+        let factor = without(&entries[0].0, &columns[0].0)?;
+        let negative = entries[0].1 != columns[0].1;
+        let same = |(entry, column): (&(Vec<ItemId>, bool), &(Vec<ItemId>, bool))| {
+            without(&entry.0, &column.0).as_ref() == Some(&factor) && entry.1 == (column.1 != negative)
         };
-        let found: Vec<(usize, Edge)> =
-            rows.iter().filter_map(|(row, entries)| Some((*row, multiple(entries)?))).collect();
-        (found.len() >= LEAST).then_some(Scaled { part, columns, rows: found })
+        entries.iter().zip(&columns).all(same).then_some((factor, negative))
     };
-    first[0].factors.into_iter().find_map(multiples)
+    let found: Vec<_> = rows.iter().filter_map(|(row, entries)| Some((*row, multiple(entries)?))).collect();
+    let mut replaced: Vec<ItemId> = found.iter().flat_map(|(row, _)| matrix[*row]).map(|x| x.item).collect();
+    let written = replaced.len();
+    replaced.sort_unstable();
+    replaced.dedup();
+    let empty = columns.iter().chain(found.iter().map(|(_, row)| row)).any(|(factors, _)| factors.is_empty());
+    // A loop multiplies equal entries again, but several at a time.
+    if found.len() < LEAST || empty || written > 2 * replaced.len() {
+        return None;
+    }
+    let known = known_products(items, regroup);
+    let mut edge = |(factors, negative): (Vec<ItemId>, bool)| Edge {
+        item: product_of(items, &known, &factors),
+        negative,
+    };
+    let columns = columns.into_iter().map(&mut edge).collect();
+    let rows = found.into_iter().map(|(row, factor)| (row, edge(factor))).collect();
+    Some(Scaled { part, columns, rows })
+}
+
+/// The first item that is a product of these factors.
+type Products = rustc_hash::FxHashMap<Vec<ItemId>, ItemId>;
+
+/// The products there are, by their factors.
+fn known_products(items: &Items, regroup: bool) -> Products {
+    let mut known = Products::default();
+    for (item, _) in items.uses.iter().enumerate().filter(|(_, uses)| **uses > 0) {
+        known.entry(factors(items, item as ItemId, regroup)).or_insert(item as ItemId);
+    }
+    known
+}
+
+/// A product of factors: one that is there, or one factor times one that is there, or a new one.
+fn product_of(items: &mut Items, known: &Products, factors: &[ItemId]) -> ItemId {
+    match (factors, known.get(factors)) {
+        ([single], _) => return *single,
+        (_, Some(item)) => return *item,
+        _ => {}
+    }
+    let beside = |factor: &ItemId| Some(vec![*factor, *known.get(&without(factors, &[*factor])?)?]);
+    let over = factors.iter().find_map(beside).unwrap_or_else(|| factors.to_vec());
+    over.iter().for_each(|item| items.uses[*item as usize] += 1);
+    items.items.push(Item::Quotient(over, vec![]));
+    items.sources.push(None);
+    items.uses.push(0);
+    items.items.len() as ItemId - 1
 }

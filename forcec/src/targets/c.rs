@@ -380,18 +380,12 @@ impl Dialect for C<'_> {
     }
 
     fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String> {
-        let count = part.shape(self.signature).1;
-        let zeros: usize = rows.iter().flat_map(|(_, runs)| runs).map(Range::len).sum();
-        let together = together(rows);
-        // gcc stores whole rows wide, and then does so with what is not zero, too.
-        let scattered = rows.iter().any(|(_, runs)| runs.len() > 1);
-        if first && !part.is_list() && scattered && 5 * zeros >= rows.len() * count {
-            let whole = 0..count;
-            let blocks = rows.chunk_by(|(x, _), (y, _)| x + 1 == *y);
-            let block = |rows: &[(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
-            return blocks.flat_map(|rows| self.zeros(part, &block(rows), from_ref(&whole))).collect();
-        }
-        together.into_iter().flat_map(|(rows, runs)| self.zeros(part, &rows, runs)).collect()
+        let whole = 0..part.shape(self.signature).1;
+        let lines = |(rows, runs): (Range<usize>, &[Range<usize>])| {
+            // gcc stores a whole row wide, and then what is not zero; it stores none wide when zeros stand among them.
+            self.zeros(part, &rows, if first { from_ref(&whole) } else { runs })
+        };
+        together(rows).into_iter().flat_map(lines).collect()
     }
 
     fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {
@@ -418,6 +412,10 @@ impl Dialect for C<'_> {
     fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
         let count = part.shape(self.signature).1;
         let back = rows.start - from;
+        if rows.len() == 1 {
+            let (row, each) = (rows.start, format!("for (int j = 0; j < {count}; j++)"));
+            return C::body(each, format!("out->{part}[{row}][j] = -out->{part}[{from}][j];"));
+        }
         vec![
             format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),
             format!("    for (int j = 0; j < {count}; j++) out->{part}[i][j] = -out->{part}[i - {back}][j];"),
