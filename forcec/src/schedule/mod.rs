@@ -12,6 +12,7 @@ mod names;
 pub mod print;
 mod rows;
 mod run;
+pub mod split;
 
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
