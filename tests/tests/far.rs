@@ -2,13 +2,13 @@
 //! error of a kernel is at most twice the one near it. Moved states have the same differences of positions, to the
 //! bit, so that every digit that is lost is the kernel's own.
 
-use forcec::bodies::{Domain, Parameter, ParameterType, Role, Signature, Slot};
+use forcec::bodies::{Domain, Parameter, ParameterType};
 use forcec::compile::Stages;
 use forcec::number::Number;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject};
 
-use forcec_tests::{ForceFile, compiled, library, parallel, unseen};
+use forcec_tests::{ForceFile, Places, compiled, library, parallel, unseen};
 
 /// How far, in metres.
 const DISTANCES: [f64; 3] = [1e4, 1e5, 1e6];
@@ -22,37 +22,6 @@ const PATIENCE: usize = 64;
 
 /// What the error of a result may be at the least, in units of rounding: below that nothing has been lost.
 const ROUNDING: f64 = 1.0;
-
-/// The places of the inputs and of the positions among them, in a kernel's flat inputs.
-struct Places {
-    starts: Vec<Vec<usize>>,
-    positions: Vec<usize>,
-}
-
-impl Places {
-    fn new(signature: &Signature) -> Places {
-        let mut length = 0;
-        let mut place = |count: usize| {
-            length += count;
-            length - count
-        };
-        let (mut starts, mut positions) = (Vec::new(), Vec::new());
-        for body in &signature.bodies {
-            let fields = body.kind.row().fields;
-            let places: Vec<usize> = fields.iter().map(|field| place(field.length as usize)).collect();
-            let own = fields.iter().zip(&places).filter(|(field, _)| field.role == Role::Position);
-            positions.extend(own.map(|(_, place)| *place));
-            starts.push(places);
-        }
-        starts
-            .extend(signature.parameters.iter().map(|parameter| vec![place(parameter.ty.length() as usize)]));
-        Places { starts, positions }
-    }
-
-    fn of(&self, slot: Slot) -> usize {
-        self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
-    }
-}
 
 /// What a kernel of a precision computes from inputs that it can hold, relative errors part by part.
 type Errors = fn(&Stages, &Places, &[f64], &[f64]) -> Option<Vec<f64>>;

@@ -225,7 +225,8 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     let mut text = comment(&remark, "");
     text.push_str(&format!("{}\n{{\n", prototype(kernel, precision)));
     let (bodies, parameters) = reads(schedule, &schedule.statements);
-    let dialect = C::new(&schedule.signature, precision);
+    let results = named(kernel, "_out", precision);
+    let dialect = C { results, ..C::new(&schedule.signature, precision) };
     for (name, read) in dialect.names.bodies.iter().zip(bodies) {
         if !read {
             text.push_str(&format!("    (void){name};\n"));
@@ -377,11 +378,13 @@ struct C<'a> {
     signature: &'a Signature,
     names: Arguments,
     precision: Precision,
+    /// The struct of the results.
+    results: String,
 }
 
 impl C<'_> {
     fn new(signature: &Signature, precision: Precision) -> C<'_> {
-        C { signature, names: Arguments::new(signature, Target::C), precision }
+        C { signature, names: Arguments::new(signature, Target::C), precision, results: String::new() }
     }
 
     fn place(&self, output: Output) -> String {
@@ -533,6 +536,11 @@ impl Dialect for C<'_> {
             format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),
             format!("    for (int j = 0; j < {count}; j++) out->{part}[i][j] = -out->{part}[i - {back}][j];"),
         ]
+    }
+
+    fn leave(&self, condition: &str) -> Vec<String> {
+        let zero = format!("    *out = ({}){{ 0 }};", self.results);
+        vec![format!("if ({condition}) {{"), zero, "    return;".to_owned(), "}".to_owned()]
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

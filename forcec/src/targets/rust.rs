@@ -614,6 +614,11 @@ impl Dialect for Rust<'_> {
         pairs.map(|(row, other)| format!("out.{part}[{row}] = out.{part}[{other}].map(|x| -x);")).collect()
     }
 
+    fn leave(&self, condition: &str) -> Vec<String> {
+        let lines = ["    *out = Output::default();", "    return;", "}"];
+        std::iter::once(format!("if {condition} {{")).chain(lines.map(str::to_owned)).collect()
+    }
+
     fn remark(&self, text: &str) -> Vec<String> {
         vec![format!("// {text}")]
     }
