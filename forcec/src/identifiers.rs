@@ -39,7 +39,7 @@ const C_WORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool bre
     FP_INT_TOWARDZERO FP_INT_UPWARD FP_LLOGB0 FP_LLOGBNAN FP_NAN FP_NORMAL FP_SUBNORMAL FP_ZERO MATH_ERREXCEPT \
     MATH_ERRNO DOMAIN SING OVERFLOW UNDERFLOW PLOSS TLOSS X_TLOSS BIG_ENDIAN LITTLE_ENDIAN PDP_ENDIAN BYTE_ORDER \
     EXIT_FAILURE EXIT_SUCCESS FD_SETSIZE MB_CUR_MAX NFDBITS RAND_MAX WCONTINUED WEXITED WNOHANG WNOWAIT WSTOPPED \
-    WUNTRACED FORCEC_PI FORCEC_PI_F32";
+    WUNTRACED FORCEC_PI FORCEC_PI_F32 FORCEC_APART";
 
 /// The constants of `<math.h>`, without what the GNU library may put behind them.
 const C_CONSTANTS: &str = "M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2 \
@@ -79,7 +79,7 @@ fn is_no_field(name: &str, target: Target) -> bool {
 /// Whether a body or a temporary may not be called so, in any target: it would hide a function, or a type.
 pub(crate) fn is_no_local(name: &str) -> bool {
     static WORDS: LazyLock<FxHashSet<String>> = LazyLock::new(|| {
-        let words = [C_WORDS, RUST_WORDS, LOCAL_WORDS, "out params"].into_iter();
+        let words = [C_WORDS, RUST_WORDS, LOCAL_WORDS, "out params shared"].into_iter();
         let words = words.flat_map(str::split_ascii_whitespace).map(str::to_owned);
         let functions = LOCAL_WORDS.split_ascii_whitespace();
         let precise = functions.flat_map(|name| [format!("{name}f"), format!("{name}l")]);

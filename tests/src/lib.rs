@@ -6,6 +6,7 @@
 pub mod cases;
 pub mod driver;
 
+use forcec::bodies::{Role, Signature, Slot};
 use forcec::compile::{Compiled, Request, compile};
 use forcec::kernel::{File, Precision};
 use forcec::outputs::Part;
@@ -180,6 +181,41 @@ pub fn parallel<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -
     let mut results = results.into_inner().expect("every worker is done");
     results.sort_by_key(|(index, _)| *index);
     results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// The places of inputs, and of the positions among them, in the flat inputs of a kernel.
+pub struct Places {
+    /// By argument and field.
+    pub starts: Vec<Vec<usize>>,
+    /// Of the positions of bodies.
+    pub positions: Vec<usize>,
+}
+
+impl Places {
+    /// The places of a signature's inputs.
+    pub fn new(signature: &Signature) -> Places {
+        let mut length = 0;
+        let mut place = |count: usize| {
+            length += count;
+            length - count
+        };
+        let (mut starts, mut positions) = (Vec::new(), Vec::new());
+        for body in &signature.bodies {
+            let fields = body.kind.row().fields;
+            let places: Vec<usize> = fields.iter().map(|field| place(field.length as usize)).collect();
+            let own = fields.iter().zip(&places).filter(|(field, _)| field.role == Role::Position);
+            positions.extend(own.map(|(_, place)| *place));
+            starts.push(places);
+        }
+        starts
+            .extend(signature.parameters.iter().map(|parameter| vec![place(parameter.ty.length() as usize)]));
+        Places { starts, positions }
+    }
+
+    /// Where a slot stands.
+    pub fn of(&self, slot: Slot) -> usize {
+        self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
+    }
 }
 
 /// The splitmix64 generator: the same numbers on every machine.

@@ -10,6 +10,7 @@ use crate::bodies::Signature;
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::schedule::cut::{self, Room};
+use crate::schedule::guards::{Guard, Test};
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::rows::{self, Negated, Rows, Scaled};
@@ -18,7 +19,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// The statements that compute the items' outputs.
-pub(super) fn build(signature: &Signature, mut items: Items, style: Style) -> Schedule {
+pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], style: Style) -> Schedule {
     let mut distinct: Vec<ItemId> =
         items.outputs.iter().map(|(_, edge)| edge.item).filter(|item| !items.is_zero(*item)).collect();
     let nonzero = distinct.len();
@@ -52,6 +53,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, style: Style) -> Sc
         part: Part::Force,
         family: Family::Output(Output::new(Part::Force, 0, 0)),
     };
+    guards.iter().for_each(|guard| builder.leave_where(guard));
     builder.outputs();
     let Builder { variables, statements, .. } = builder;
     Schedule {
@@ -172,6 +174,26 @@ struct Frame {
 }
 
 impl Builder<'_> {
+    /// The statement that leaves where tests hold, after what it needs.
+    fn leave_where(&mut self, guard: &Guard) {
+        let mut holds: Option<Expression> = None;
+        for Test { comparison, pair } in guard {
+            pair.iter().for_each(|edge| self.visit(edge.item, self.family));
+            let [x, y] = pair.map(|edge| self.signed(edge));
+            let test = Expression::Compare(*comparison, Box::new(turned(x, y)));
+            holds = Some(match holds {
+                // No logic within logic.
+                Some(others @ Expression::And(_)) => Expression::And(Box::new([self.part(others), test])),
+                Some(other) => Expression::And(Box::new([other, test])),
+                None => test,
+            });
+        }
+        if let Some(holds) = holds {
+            let holds = self.fit(holds, Room::STORE);
+            self.statements.push(Statement::Leave(holds));
+        }
+    }
+
     fn outputs(&mut self) {
         let rows = self.rows;
         // What loops write needs little, and the processor computes the next part meanwhile.

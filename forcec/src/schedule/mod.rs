@@ -7,11 +7,13 @@
 mod build;
 mod cut;
 pub(crate) mod double;
+mod guards;
 mod lower;
 mod names;
 pub mod print;
 mod rows;
 mod run;
+pub mod split;
 
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
@@ -205,13 +207,17 @@ pub enum Statement {
     },
     /// Here begins what a result needs.
     Heading(Part),
+    /// Where this holds every output is zero, and nothing is left to do.
+    Leave(Expression),
 }
 
 impl Statement {
     /// The expressions written in it.
     pub fn expressions(&self) -> &[Expression] {
         match self {
-            Statement::Let(_, value) | Statement::Store(_, value) => std::slice::from_ref(value),
+            Statement::Let(_, value) | Statement::Store(_, value) | Statement::Leave(value) => {
+                std::slice::from_ref(value)
+            }
             Statement::Scaled { factor, .. } => std::slice::from_ref(factor),
             Statement::Columns(_, values) => values,
             Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(_) => &[],
@@ -247,8 +253,14 @@ pub struct Style {
 
 /// The statements that compute a program's outputs.
 pub fn schedule(program: &Program, style: Style) -> Schedule {
-    let items = lower::lower(program, style);
-    build::build(&program.signature, items, style)
+    let build = |guards: bool| {
+        let mut items = lower::lower(program, style);
+        let guards = if guards { guards::guards(&mut items) } else { Vec::new() };
+        (build::build(&program.signature, items, &guards, style), !guards.is_empty())
+    };
+    let (schedule, leaves) = build(true);
+    // A part of a long kernel cannot leave it.
+    if leaves && schedule.sections().len() > 1 { build(false).0 } else { schedule }
 }
 
 impl Schedule {

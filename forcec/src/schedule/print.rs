@@ -49,6 +49,8 @@ pub trait Dialect {
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String>;
     /// Rows of outputs are the negatives of those that begin with another.
     fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String>;
+    /// Every output is zero where a condition holds, and the kernel is done.
+    fn leave(&self, condition: &str) -> Vec<String>;
     /// A remark on a line of its own.
     fn remark(&self, text: &str) -> Vec<String>;
 }
@@ -77,6 +79,7 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
         }
         Statement::Negated { part, rows, from } => dialect.negated(*part, rows, *from),
         Statement::Heading(part) => dialect.remark(part.title()),
+        Statement::Leave(holds) => dialect.leave(&printer.text(holds)),
     }
 }
 
@@ -312,6 +315,10 @@ impl Dialect for Plain<'_> {
         let [rows, others] =
             [rows, &(from..from + rows.len())].map(|rows| span(part.row().rows, rows, self.0));
         vec![format!("{part}[{rows}] = -{part}[{others}]")]
+    }
+
+    fn leave(&self, condition: &str) -> Vec<String> {
+        vec![format!("if {condition} then all is 0")]
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

@@ -51,6 +51,12 @@ impl Schedule {
                     }
                 }
                 Statement::Heading(_) => {}
+                Statement::Leave(holds) => {
+                    if evaluate(holds, &names, inputs)?.truth() {
+                        outputs.fill(Some(N::exact(&Exact::ZERO)));
+                        break;
+                    }
+                }
             }
         }
         let mut entries = outputs.into_iter();

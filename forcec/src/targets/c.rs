@@ -9,6 +9,7 @@ use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect, together};
+use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{body, decimal, field_summary, parameter_summary, reads, slot_path, template};
@@ -17,6 +18,18 @@ use std::ops::Range;
 use std::slice::from_ref;
 
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
+
+/// Keeps the parts of long kernels apart: compilers would put functions that are called once together again.
+const APART: &str = "
+/* Before a part of a long kernel: compilers take much longer for the whole in one. */
+#if defined(__GNUC__)
+#define FORCEC_APART __attribute__((noinline))
+#elif defined(_MSC_VER)
+#define FORCEC_APART __declspec(noinline)
+#else
+#define FORCEC_APART
+#endif
+";
 
 /// A longer statement continues on the next line: 100 columns without the indentation of a function's body.
 const WIDTH: usize = 96;
@@ -39,6 +52,7 @@ pub fn header_common() -> String {
         let name = template("FORCEC_PI{F}", Function::Pi, precision);
         text.push_str(&format!("#define {name} {}\n", literal(&pi, precision)));
     }
+    text.push_str(APART);
     for precision in PRECISIONS {
         for row in &BODIES {
             text.push_str(&format!("\n/* {} */\ntypedef struct {{\n", row.summary));
@@ -164,12 +178,16 @@ fn prototype(kernel: &Kernel, precision: Precision) -> String {
         arguments.push(format!("const {} *params", named(kernel, "_params", precision)));
     }
     arguments.push(format!("{} *out", named(kernel, "_out", precision)));
-    let head = format!("void {}(", named(kernel, "", precision));
-    let mut text = head.clone();
+    wrapped(&format!("void {}(", named(kernel, "", precision)), &arguments, ")")
+}
+
+/// A list of arguments on lines of at most 100 columns.
+fn wrapped(head: &str, arguments: &[String], end: &str) -> String {
+    let mut text = head.to_owned();
     let mut column = head.len();
     for (index, argument) in arguments.iter().enumerate() {
         let last = index + 1 == arguments.len();
-        if index > 0 && column + argument.len() + 2 > 100 {
+        if index > 0 && column + argument.len() + 1 + end.len() > 100 {
             text.push_str(&format!("\n{}", " ".repeat(head.len())));
             column = head.len();
         } else if index > 0 {
@@ -177,7 +195,7 @@ fn prototype(kernel: &Kernel, precision: Precision) -> String {
             column += 1;
         }
         text.push_str(argument);
-        text.push_str(if last { ")" } else { "," });
+        text.push_str(if last { end } else { "," });
         column += argument.len() + 1;
     }
     text
@@ -206,8 +224,9 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     remark.extend(kernel.summary());
     let mut text = comment(&remark, "");
     text.push_str(&format!("{}\n{{\n", prototype(kernel, precision)));
-    let (bodies, parameters) = reads(schedule);
-    let dialect = C::new(&schedule.signature, precision);
+    let (bodies, parameters) = reads(schedule, &schedule.statements);
+    let results = named(kernel, "_out", precision);
+    let dialect = C { results, ..C::new(&schedule.signature, precision) };
     for (name, read) in dialect.names.bodies.iter().zip(bodies) {
         if !read {
             text.push_str(&format!("    (void){name};\n"));
@@ -216,8 +235,98 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     if !parameters && schedule.signature.has_given() {
         text.push_str("    (void)params;\n");
     }
-    text.push_str(&body(&dialect, schedule, "    "));
+    let sections = schedule.sections();
+    if sections.len() == 1 {
+        text.push_str(&body(&dialect, schedule, &schedule.statements, "    "));
+    } else {
+        text.insert_str(0, &parts(kernel, &sections, &dialect));
+        text.push_str(&format!("    {} shared;\n", shared(kernel, precision)));
+        for (index, section) in sections.iter().enumerate() {
+            let names = arguments(kernel, section, &dialect).into_iter().map(|argument| argument.passed);
+            let names: Vec<String> = names.collect();
+            let name = part_name(kernel, precision, index, section);
+            text.push_str(&wrapped(&format!("    {name}("), &names, ");"));
+            text.push('\n');
+        }
+    }
     text.push_str("}\n");
+    text
+}
+
+/// The name of the struct through which the parts of a long kernel hand on values.
+fn shared(kernel: &Kernel, precision: Precision) -> String {
+    format!("{}_shared", named(kernel, "", precision))
+}
+
+fn part_name(kernel: &Kernel, precision: Precision, index: usize, section: &Section) -> String {
+    format!("{}_{}_{}", named(kernel, "", precision), section.part, index + 1)
+}
+
+/// An argument of a part: as it is declared, and as it is passed.
+struct Argument {
+    declared: String,
+    passed: String,
+}
+
+/// The arguments that a part of a long kernel needs.
+fn arguments(kernel: &Kernel, section: &Section, dialect: &C) -> Vec<Argument> {
+    let schedule = &kernel.schedule;
+    let precision = dialect.precision;
+    let (bodies, parameters) = reads(schedule, section.written(schedule));
+    let mut arguments = Vec::new();
+    for ((body, name), _) in
+        schedule.signature.bodies.iter().zip(&dialect.names.bodies).zip(bodies).filter(|(_, read)| *read)
+    {
+        let declared = format!("const {}_{precision} *{name}", body.kind.row().c_name);
+        arguments.push(Argument { declared, passed: name.clone() });
+    }
+    if parameters {
+        let declared = format!("const {} *params", named(kernel, "_params", precision));
+        arguments.push(Argument { declared, passed: "params".to_owned() });
+    }
+    if section.shares() {
+        let fixed = if section.hands_on.is_empty() { "const " } else { "" };
+        let declared = format!("{fixed}{} *shared", shared(kernel, precision));
+        arguments.push(Argument { declared, passed: "&shared".to_owned() });
+    }
+    if section.stores {
+        let declared = format!("{} *out", named(kernel, "_out", precision));
+        arguments.push(Argument { declared, passed: "out".to_owned() });
+    }
+    arguments
+}
+
+/// What stands before a long kernel: the struct of the values that its parts hand on, and the parts.
+fn parts(kernel: &Kernel, sections: &[Section], dialect: &C) -> String {
+    let schedule = &kernel.schedule;
+    let precision = dialect.precision;
+    let whole = named(kernel, "", precision);
+    let mut text = format!("/* What parts of {whole} hand on to later ones. */\ntypedef struct {{\n");
+    for name in sections.iter().flat_map(|section| &section.hands_on) {
+        let variable = &schedule.variables[name.index()];
+        text.push_str(&format!("    {} {};\n", dialect.ty(variable), variable.name));
+    }
+    text.push_str(&format!("}} {};\n\n", shared(kernel, precision)));
+    for (index, section) in sections.iter().enumerate() {
+        let declared = arguments(kernel, section, dialect).into_iter().map(|argument| argument.declared);
+        let declared: Vec<String> = declared.collect();
+        let head = format!("FORCEC_APART static void {}(", part_name(kernel, precision, index, section));
+        text.push_str(&format!("/* Part {} of {} of {whole}. */\n", index + 1, sections.len()));
+        text.push_str(&wrapped(&head, &declared, ")"));
+        text.push_str("\n{\n");
+        for name in &section.takes {
+            let variable = &schedule.variables[name.index()];
+            let lines = C::assign(&dialect.declare(variable), &format!("shared->{}", variable.name));
+            lines.into_iter().for_each(|line| text.push_str(&format!("    {line}\n")));
+        }
+        text.push_str(&body(dialect, schedule, section.written(schedule), "    "));
+        for name in &section.hands_on {
+            let name = &schedule.variables[name.index()].name;
+            let lines = C::assign(&format!("shared->{name}"), name);
+            lines.into_iter().for_each(|line| text.push_str(&format!("    {line}\n")));
+        }
+        text.push_str("}\n\n");
+    }
     text
 }
 
@@ -269,11 +378,13 @@ struct C<'a> {
     signature: &'a Signature,
     names: Arguments,
     precision: Precision,
+    /// The struct of the results.
+    results: String,
 }
 
 impl C<'_> {
     fn new(signature: &Signature, precision: Precision) -> C<'_> {
-        C { signature, names: Arguments::new(signature, Target::C), precision }
+        C { signature, names: Arguments::new(signature, Target::C), precision, results: String::new() }
     }
 
     fn place(&self, output: Output) -> String {
@@ -281,9 +392,12 @@ impl C<'_> {
         if part.is_list() { format!("out->{part}[{row}]") } else { format!("out->{part}[{row}][{column}]") }
     }
 
+    fn ty(&self, variable: &Variable) -> &'static str {
+        if variable.truth { "int" } else { real(self.precision) }
+    }
+
     fn declare(&self, variable: &Variable) -> String {
-        let ty = if variable.truth { "int" } else { real(self.precision) };
-        format!("const {ty} {}", variable.name)
+        format!("const {} {}", self.ty(variable), variable.name)
     }
 
     fn assign(left: &str, value: &str) -> Vec<String> {
@@ -420,6 +534,11 @@ impl Dialect for C<'_> {
             format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),
             format!("    for (int j = 0; j < {count}; j++) out->{part}[i][j] = -out->{part}[i - {back}][j];"),
         ]
+    }
+
+    fn leave(&self, condition: &str) -> Vec<String> {
+        let zero = format!("    *out = ({}){{ 0 }};", self.results);
+        vec![format!("if ({condition}) {{"), zero, "    return;".to_owned(), "}".to_owned()]
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

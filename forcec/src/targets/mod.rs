@@ -85,10 +85,15 @@ fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str) 
     path
 }
 
-/// The statements, a blank line before every heading but the first.
-fn body(dialect: &dyn Dialect, schedule: &Schedule, indent: &str) -> String {
+/// Statements of a schedule, a blank line before every heading but the first.
+fn body<'a>(
+    dialect: &dyn Dialect,
+    schedule: &Schedule,
+    statements: impl IntoIterator<Item = &'a Statement>,
+    indent: &str,
+) -> String {
     let mut text = String::new();
-    for statement in &schedule.statements {
+    for statement in statements {
         if matches!(statement, Statement::Heading(_)) && !text.is_empty() {
             text.push('\n');
         }
@@ -99,12 +104,12 @@ fn body(dialect: &dyn Dialect, schedule: &Schedule, indent: &str) -> String {
     text
 }
 
-/// Which bodies a kernel reads, and whether it reads its parameters.
-fn reads(schedule: &Schedule) -> (Vec<bool>, bool) {
+/// Which bodies statements of a kernel read, and whether they read its parameters.
+fn reads<'a>(schedule: &Schedule, statements: impl IntoIterator<Item = &'a Statement>) -> (Vec<bool>, bool) {
     let mut bodies = vec![false; schedule.signature.bodies.len()];
     let mut parameters = false;
     let mut pending: Vec<&Expression> = Vec::new();
-    for statement in &schedule.statements {
+    for statement in statements {
         pending.extend(statement.expressions());
         while let Some(expression) = pending.pop() {
             if let Expression::Input(slot) = expression {

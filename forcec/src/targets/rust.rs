@@ -10,6 +10,7 @@ use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect, together};
+use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
@@ -94,11 +95,94 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
         text.push('\n');
         text.push_str(&special(function, &definition, precision));
     }
+    let dialect = Rust::new(signature, precision, 8);
+    let sections = schedule.sections();
+    let parts = if sections.len() > 1 { parts(kernel, &sections, &dialect) } else { String::new() };
+    text.push_str(&parts);
     text.push_str("\n    /// Computes every entry of `out`.\n");
     text.push_str(&evaluate_head(kernel));
-    let dialect = Rust::new(signature, precision, 8);
-    text.push_str(&body(&dialect, schedule, "        "));
+    if sections.len() == 1 {
+        text.push_str(&body(&dialect, schedule, &schedule.statements, "        "));
+    } else {
+        text.push_str("        let mut shared = Shared::default();\n");
+        for (index, section) in sections.iter().enumerate() {
+            let passed = arguments(kernel, section, &dialect).into_iter().map(|argument| argument.passed);
+            let call = format!(
+                "        {}({});\n",
+                part_name(index, section),
+                passed.collect::<Vec<_>>().join(", ")
+            );
+            text.push_str(&call);
+        }
+    }
     text.push_str("    }\n}\n");
+    text
+}
+
+fn part_name(index: usize, section: &Section) -> String {
+    format!("{}_{}", section.part, index + 1)
+}
+
+/// An argument of a part of a long kernel: as it is declared, and as it is passed.
+struct Argument {
+    declared: String,
+    passed: String,
+}
+
+/// The arguments that a part needs.
+fn arguments(kernel: &Kernel, section: &Section, dialect: &Rust) -> Vec<Argument> {
+    let schedule = &kernel.schedule;
+    let argument = |declared: String, passed: &str| Argument { declared, passed: passed.to_owned() };
+    let (read, parameters) = reads(schedule, section.written(schedule));
+    let bodies =
+        schedule.signature.bodies.iter().zip(&dialect.names.bodies).zip(read).filter(|(_, read)| *read);
+    let bodies = bodies.map(|((body, name), _)| argument(format!("{name}: &{}", body.kind.row().name), name));
+    let mut arguments: Vec<Argument> = bodies.collect();
+    if parameters {
+        arguments.push(argument("params: &Params".to_owned(), "params"));
+    }
+    if section.shares() {
+        let change = if section.hands_on.is_empty() { "" } else { "mut " };
+        arguments.push(argument(format!("shared: &{change}Shared"), &format!("&{change}shared")));
+    }
+    if section.stores {
+        arguments.push(argument("out: &mut Output".to_owned(), "out"));
+    }
+    arguments
+}
+
+/// What stands before a long kernel: the struct of the values that its parts hand on, and the parts.
+fn parts(kernel: &Kernel, sections: &[Section], dialect: &Rust) -> String {
+    let schedule = &kernel.schedule;
+    let space = "        ";
+    let mut text = "\n    /// What parts of the kernel hand on to later ones.\n    #[derive(Default)]\n    struct Shared {\n".to_owned();
+    for name in sections.iter().flat_map(|section| &section.hands_on) {
+        let variable = &schedule.variables[name.index()];
+        let ty = if variable.truth { "bool" } else { dialect.precision.name() };
+        text.push_str(&format!("{space}{}: {ty},\n", variable.name));
+    }
+    text.push_str("    }\n");
+    for (index, section) in sections.iter().enumerate() {
+        let declared = arguments(kernel, section, dialect).into_iter().map(|argument| argument.declared);
+        text.push_str(&format!(
+            "\n    /// Part {} of {}.\n    #[inline(never)]\n",
+            index + 1,
+            sections.len()
+        ));
+        text.push_str(&head(&format!("fn {}", part_name(index, section)), &declared.collect::<Vec<_>>()));
+        let mut lines = Vec::new();
+        for name in &section.takes {
+            let name = &schedule.variables[name.index()].name;
+            lines.extend(dialect.assign(&format!("let {name}"), &format!("shared.{name}")));
+        }
+        lines.iter().for_each(|line| text.push_str(&format!("{space}{line}\n")));
+        text.push_str(&body(dialect, schedule, section.written(schedule), space));
+        for name in &section.hands_on {
+            let name = &schedule.variables[name.index()].name;
+            text.push_str(&format!("{space}shared.{name} = {name};\n"));
+        }
+        text.push_str("    }\n");
+    }
     text
 }
 
@@ -274,7 +358,7 @@ fn array(ty: &ParameterType, precision: Precision) -> String {
 
 fn evaluate_head(kernel: &Kernel) -> String {
     let signature = &kernel.schedule.signature;
-    let (bodies, parameters) = reads(&kernel.schedule);
+    let (bodies, parameters) = reads(&kernel.schedule, &kernel.schedule.statements);
     let unused = |read: bool| if read { "" } else { "_" };
     let mut arguments: Vec<String> = Vec::new();
     let names = Arguments::new(signature, Target::Rust).bodies;
@@ -285,12 +369,17 @@ fn evaluate_head(kernel: &Kernel) -> String {
         arguments.push(format!("{}params: &Params", unused(parameters)));
     }
     arguments.push("out: &mut Output".to_owned());
-    let line = format!("    pub fn evaluate({}) {{", arguments.join(", "));
+    head("pub fn evaluate", &arguments)
+}
+
+/// The head of a function of a module.
+fn head(name: &str, arguments: &[String]) -> String {
+    let line = format!("    {name}({}) {{", arguments.join(", "));
     if line.len() <= WIDTH {
         return format!("{line}\n");
     }
     let arguments: String = arguments.iter().map(|argument| format!("        {argument},\n")).collect();
-    format!("    pub fn evaluate(\n{arguments}    ) {{\n")
+    format!("    {name}(\n{arguments}    ) {{\n")
 }
 
 /// The definition of a special function.
@@ -523,6 +612,11 @@ impl Dialect for Rust<'_> {
         let part = part.name();
         let pairs = rows.clone().zip(from..);
         pairs.map(|(row, other)| format!("out.{part}[{row}] = out.{part}[{other}].map(|x| -x);")).collect()
+    }
+
+    fn leave(&self, condition: &str) -> Vec<String> {
+        let lines = ["    *out = Output::default();", "    return;", "}"];
+        std::iter::once(format!("if {condition} {{")).chain(lines.map(str::to_owned)).collect()
     }
 
     fn remark(&self, text: &str) -> Vec<String> {

@@ -7,6 +7,7 @@
 //! x/x = 1. A graph made by [`Graph::verbatim`] simplifies nothing: it is the source as written, the reference that
 //! everything else is checked against.
 
+mod balance;
 mod combinations;
 mod lets;
 mod points;

@@ -19,15 +19,15 @@ impl Graph {
         }
     }
 
-    /// Whether a sum has an entry of a point as a term. Such a sum is named but stays open, so that the difference of
+    /// Whether a sum has an entry of a point, or the length of a position along something, as a term. Such a sum is named but stays open, so that the difference of
     /// two of them becomes a difference of the points.
     pub(super) fn holds_point(&self, sum: Real) -> bool {
         match self.at(sum) {
             Node::Sum(_, terms) => terms.iter().any(|(_, term)| match *self.at(*term) {
                 Node::Component(v, _) => self.point(v).is_some(),
-                _ => false,
+                _ => self.measured(*term).is_some(),
             }),
-            _ => false,
+            _ => self.measured(sum).is_some(),
         }
     }
 

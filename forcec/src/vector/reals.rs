@@ -81,6 +81,7 @@ impl Graph {
             }
         }
         let flat = collect(flat);
+        let flat = self.balance_products(flat);
         let flat = self.pin_components(flat);
         let flat = self.gather_products(flat);
         match (constant.is_zero(), flat.as_slice()) {

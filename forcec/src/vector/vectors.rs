@@ -106,6 +106,7 @@ impl Graph {
         }
         let flat = collect(flat);
         let flat = self.merge_scales(flat);
+        let flat = self.balance(flat);
         let flat = self.pin(flat);
         match flat.as_slice() {
             [(c, v)] if c.is_one() => *v,

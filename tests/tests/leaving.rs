@@ -1,0 +1,69 @@
+//! Kernels that leave early: where a contact does not touch or a limit is not reached they return zeros after a part of
+//! their operations, nowhere else; what is not a number they hand on.
+
+use forcec::compile::Stages;
+use forcec::eval;
+use forcec::scalar::Operations;
+use forcec::schedule::Statement;
+use forcec::verify::probe::Probe;
+use forcec::verify::{Family, Subject};
+use forcec_tests::{Places, library, unseen};
+
+/// States a kernel.
+const STATES: usize = 64;
+
+/// The operations before a kernel can leave first, and all.
+fn before_leaving(function: &Stages) -> Option<(usize, usize)> {
+    let schedule = &function.kernel.schedule;
+    let leave = schedule.statements.iter().position(|s| matches!(s, Statement::Leave(_)))?;
+    let mut before = Operations::default();
+    let statements = schedule.statements[..=leave].iter().flat_map(Statement::expressions);
+    statements.for_each(|value| before += value.operations());
+    Some((before.total(), schedule.operations().total()))
+}
+
+/// What a schedule computes in doubles.
+fn computed(function: &Stages, inputs: &[f64]) -> Vec<f64> {
+    let places = Places::new(&function.program.signature);
+    let outputs = function.kernel.schedule.evaluate::<f64>(&|slot| inputs[places.of(slot)]);
+    outputs.expect("every output is written").iter().copied().collect()
+}
+
+#[test]
+fn what_does_nothing_leaves_early() {
+    let files = library();
+    let functions = files.iter().flat_map(|file| &file.compiled.functions);
+    for function in functions.filter(|f| f.definition.law.rows() > 0 && f.definition.name.contains("sphere"))
+    {
+        assert!(before_leaving(function).is_some(), "{} leaves", function.definition.name);
+    }
+    let files: Vec<_> = files.into_iter().chain(unseen()).collect();
+    let (mut leaving, mut at_rest) = (0, 0);
+    for function in files.iter().flat_map(|file| &file.compiled.functions) {
+        let Some((before, all)) = before_leaving(function) else { continue };
+        let name = &function.definition.name;
+        leaving += 1;
+        eprintln!("{name}: {before} of {all} operations, {} % skipped", 100 * (all - before) / all);
+        let subject = Subject { source: &function.source, program: &function.program };
+        let probe = Probe::new(&subject);
+        let (mut idle, mut acting) = (0, 0);
+        for index in 0..STATES {
+            let inputs = probe.draw(Family::Random, 5, index);
+            let exact = probe.program(&inputs);
+            if exact.iter().any(|x| !x.is_finite()) {
+                continue;
+            }
+            let computed = computed(function, &inputs);
+            let nothing = exact.iter().all(|x| *x == 0.0);
+            *(if nothing { &mut idle } else { &mut acting }) += 1;
+            assert_eq!(computed.iter().all(|x| *x == 0.0), nothing, "{name} at {:?}", probe.inputs(&inputs));
+        }
+        assert!(acting > 0, "{name} acts");
+        at_rest += usize::from(idle > 0);
+        let nothing = vec![f64::NAN; probe.draw(Family::Random, 5, 0).len()];
+        let handed_on = eval::evaluate(&function.program, &|_| f64::NAN).iter().any(|x| x.is_nan());
+        let computed = computed(function, &nothing);
+        assert!(!handed_on || computed.iter().any(|x| x.is_nan()), "{name} hands on what is not a number");
+    }
+    assert!(at_rest >= 10, "{leaving} kernels leave, {at_rest} are seen to");
+}
