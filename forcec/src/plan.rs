@@ -24,7 +24,7 @@ impl Effort {
     pub(crate) fn rounds(self, operations: usize) -> (usize, usize) {
         let (most, budget, patience) = match self {
             Effort::Quick => (0, 0, 0),
-            Effort::Default => (16, 12_000, 4),
+            Effort::Default => (24, 12_000, 8),
             Effort::Max => (500, 400_000, 250),
         };
         (most.min(budget / operations.max(1)), patience)
