@@ -25,8 +25,9 @@ pub(crate) struct Unit {
 impl Unit {
     /// The file as a target prints it, under its name without folder and ending.
     pub(crate) fn file(&self, precisions: &[Precision]) -> File {
+        let stem = self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         File {
-            stem: self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
+            stem: stem + &self.compiled.suffix,
             docs: self.compiled.docs.clone(),
             kernels: self.compiled.functions.iter().map(|function| function.kernel.clone()).collect(),
             precisions: precisions.to_vec(),
@@ -95,7 +96,8 @@ pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
     let functions = || units.iter().flat_map(|unit| &unit.compiled.functions);
     let signatures = || functions().map(|function| &function.definition.graph.signature);
     let bodies: Vec<&str> = signatures().flat_map(|s| &s.bodies).map(|body| body.name.as_str()).collect();
-    let parameters: Vec<&str> = signatures().flat_map(|s| &s.parameters).map(|p| p.name.as_str()).collect();
+    let parameters = signatures().flat_map(|s| s.parameters.iter().chain(&s.extras));
+    let parameters: Vec<&str> = parameters.map(|p| p.name.as_str()).collect();
     let fixed = known.fixed.iter().map(|name| ("body", name, &bodies));
     let wanted = fixed.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
     let unknown = wanted.filter(|(_, name, names)| !names.contains(&name.as_str()));

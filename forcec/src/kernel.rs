@@ -1,6 +1,7 @@
 //! What the targets print: scheduled kernels, and the file they stand in.
 
 pub use crate::identifiers::Target;
+use crate::layouts::Packing;
 use crate::schedule::Schedule;
 use std::fmt;
 
@@ -40,6 +41,10 @@ pub struct Kernel {
     pub formulas: Vec<String>,
     /// Its statements; they know the arguments.
     pub schedule: Schedule,
+    /// Where the entries of its results stand, if it writes them as a list.
+    pub packing: Option<Packing>,
+    /// How many instances it computes at once.
+    pub lanes: usize,
 }
 
 /// One force file, ready to be printed.

@@ -145,9 +145,36 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
         text.push_str(&format!("    {real} {part}{extents}; /* {summary} */\n"));
     }
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
+    text.push_str(&tables(kernel, precision));
     text.push_str(&comment(&kernel.docs, ""));
     text.push_str(&format!("{};\n", prototype(kernel, precision)));
     text
+}
+
+/// Where the results of a packed kernel stand.
+fn tables(kernel: &Kernel, precision: Precision) -> String {
+    let Some(packing) = &kernel.packing else { return String::new() };
+    let mut text = comment(
+        &[
+            "Where the entries of the full results stand: k > 0 is entries[k - 1], k < 0 is -entries[-k - 1],".to_owned(),
+            "0 is zero.".to_owned(),
+        ],
+        "",
+    );
+    for table in &packing.tables {
+        let name = named(kernel, &format!("_{}", table.part), precision);
+        let row = |row: &[i32]| row.iter().map(i32::to_string).collect::<Vec<_>>().join(", ");
+        let (rows, columns) = (table.entries.len() / table.columns.max(1), table.columns);
+        if table.part.is_list() {
+            text.push_str(&format!("static const int {name}[{rows}] = {{\n"));
+            table.entries.chunks(12).for_each(|line| text.push_str(&format!("    {},\n", row(line))));
+        } else {
+            text.push_str(&format!("static const int {name}[{rows}][{columns}] = {{\n"));
+            table.rows().for_each(|line| text.push_str(&format!("    {{ {} }},\n", row(line))));
+        }
+        text.push_str("};\n");
+    }
+    text + "\n"
 }
 
 fn extents(ty: &ParameterType) -> String {
@@ -162,6 +189,14 @@ fn prototype(kernel: &Kernel, precision: Precision) -> String {
     }
     if signature.has_given() {
         arguments.push(format!("const {} *params", named(kernel, "_params", precision)));
+    }
+    let extras = Arguments::new(signature, Target::C).extras;
+    for (index, extra) in signature.given_extras() {
+        let (real, name) = (real(precision), &extras[index]);
+        arguments.push(match extra.ty.extents().as_slice() {
+            [] => format!("{real} {name}"),
+            extents => format!("const {real} {name}[{}]", extents[0]),
+        });
     }
     arguments.push(format!("{} *out", named(kernel, "_out", precision)));
     let head = format!("void {}(", named(kernel, "", precision));
@@ -206,14 +241,15 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     remark.extend(kernel.summary());
     let mut text = comment(&remark, "");
     text.push_str(&format!("{}\n{{\n", prototype(kernel, precision)));
-    let (bodies, parameters) = reads(schedule);
+    let reads = reads(schedule);
     let dialect = C::new(&schedule.signature, precision);
-    for (name, read) in dialect.names.bodies.iter().zip(bodies) {
+    let extras = schedule.signature.given_extras().map(|(k, _)| (&dialect.names.extras[k], reads.extras[k]));
+    for (name, read) in dialect.names.bodies.iter().zip(reads.bodies).chain(extras) {
         if !read {
             text.push_str(&format!("    (void){name};\n"));
         }
     }
-    if !parameters && schedule.signature.has_given() {
+    if !reads.parameters && schedule.signature.has_given() {
         text.push_str("    (void)params;\n");
     }
     text.push_str(&body(&dialect, schedule, "    "));

@@ -78,7 +78,10 @@ fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str) 
         let field = &signature.bodies[argument].kind.row().fields[slot.field as usize];
         return format!("{}{arrow}{}[{}]", names.bodies[argument], field.name, slot.offset);
     };
-    let mut path = format!("params{arrow}{}", names.parameters[argument - signature.bodies.len()]);
+    let mut path = match signature.extra(slot) {
+        Some(extra) => names.extras[extra].clone(),
+        None => format!("params{arrow}{}", names.parameters[argument - signature.bodies.len()]),
+    };
     for index in indices(&parameter.ty.extents(), slot.offset) {
         path.push_str(&format!("[{index}]"));
     }
@@ -99,24 +102,35 @@ fn body(dialect: &dyn Dialect, schedule: &Schedule, indent: &str) -> String {
     text
 }
 
-/// Which bodies a kernel reads, and whether it reads its parameters.
-fn reads(schedule: &Schedule) -> (Vec<bool>, bool) {
-    let mut bodies = vec![false; schedule.signature.bodies.len()];
+/// Which arguments a kernel reads.
+struct Reads {
+    bodies: Vec<bool>,
+    /// Whether it reads its parameters.
+    parameters: bool,
+    extras: Vec<bool>,
+}
+
+/// Which arguments a kernel reads.
+fn reads(schedule: &Schedule) -> Reads {
+    let signature = &schedule.signature;
+    let mut bodies = vec![false; signature.bodies.len()];
+    let mut extras = vec![false; signature.extras.len()];
     let mut parameters = false;
     let mut pending: Vec<&Expression> = Vec::new();
     for statement in &schedule.statements {
         pending.extend(statement.expressions());
         while let Some(expression) = pending.pop() {
             if let Expression::Input(slot) = expression {
-                match bodies.get_mut(slot.argument as usize) {
-                    Some(read) => *read = true,
-                    None => parameters |= schedule.signature.known(*slot).is_none(),
+                match (bodies.get_mut(slot.argument as usize), signature.extra(*slot)) {
+                    (Some(read), _) => *read = true,
+                    (_, Some(extra)) => extras[extra] = true,
+                    _ => parameters |= signature.known(*slot).is_none(),
                 }
             }
             pending.extend(expression.children());
         }
     }
-    (bodies, parameters)
+    Reads { bodies, parameters, extras }
 }
 
 /// The body types that some of these signatures use, in the order of the table.

@@ -95,7 +95,7 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
         text.push_str(&special(function, &definition, precision));
     }
     text.push_str("\n    /// Computes every entry of `out`.\n");
-    text.push_str(&evaluate_head(kernel));
+    text.push_str(&evaluate_head(kernel, precision));
     let dialect = Rust::new(signature, precision, 8);
     text.push_str(&body(&dialect, schedule, "        "));
     text.push_str("    }\n}\n");
@@ -272,17 +272,22 @@ fn array(ty: &ParameterType, precision: Precision) -> String {
     ty.extents().iter().rev().fold(precision.name().to_owned(), |inner, n| format!("[{inner}; {n}]"))
 }
 
-fn evaluate_head(kernel: &Kernel) -> String {
+fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
     let signature = &kernel.schedule.signature;
-    let (bodies, parameters) = reads(&kernel.schedule);
+    let reads = reads(&kernel.schedule);
     let unused = |read: bool| if read { "" } else { "_" };
     let mut arguments: Vec<String> = Vec::new();
-    let names = Arguments::new(signature, Target::Rust).bodies;
-    for ((body, name), read) in signature.bodies.iter().zip(names).zip(bodies) {
+    let names = Arguments::new(signature, Target::Rust);
+    for ((body, name), read) in signature.bodies.iter().zip(names.bodies).zip(reads.bodies) {
         arguments.push(format!("{}{name}: &{}", unused(read), body.kind.row().name));
     }
     if signature.has_given() {
-        arguments.push(format!("{}params: &Params", unused(parameters)));
+        arguments.push(format!("{}params: &Params", unused(reads.parameters)));
+    }
+    for (index, extra) in signature.given_extras() {
+        let borrowed = if extra.ty == ParameterType::Real { "" } else { "&" };
+        let (name, ty) = (&names.extras[index], array(&extra.ty, precision));
+        arguments.push(format!("{}{name}: {borrowed}{ty}", unused(reads.extras[index])));
     }
     arguments.push("out: &mut Output".to_owned());
     let line = format!("    pub fn evaluate({}) {{", arguments.join(", "));
