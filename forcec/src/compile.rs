@@ -80,8 +80,6 @@ pub struct Compiled {
     pub docs: Vec<String>,
     /// The names of all its force functions, compiled or not.
     pub names: Vec<String>,
-    /// What stands behind the name of the file that holds the kernels: `_packed`.
-    pub suffix: String,
     /// The force functions that were wanted, in source order.
     pub functions: Vec<Stages>,
     /// What deserves a look.
@@ -134,8 +132,8 @@ pub fn compile_file(
         return Err(Diagnostics::new(file.source.clone(), errors));
     }
     let functions = definitions.into_iter().map(|definition| stages(file, definition, &request)).collect();
-    let (docs, suffix) = (file.docs(), request.layout.suffix(request.lanes));
-    Ok(Compiled { source: file.source.clone(), docs, names, suffix, functions, warnings: checked.warnings })
+    let docs = file.docs();
+    Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
 /// That a force has no value is an error where its value is wanted.
@@ -165,7 +163,7 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
         ..plan
     });
     let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
-    let style = Style { divisions: plan.mode == Mode::Strict, fma: plan.fma };
+    let style = Style { divisions: plan.mode == Mode::Strict, fma: plan.fma, single: request.lanes > 1 };
     let (laid, packing) = request.layout.lay(&optimized.program);
     let schedule = schedule(&laid, style);
     let time = started.elapsed();
@@ -179,6 +177,7 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
         docs: definition.docs.clone(),
         formulas: formulas(&definition),
         schedule,
+        layout: request.layout,
         packing,
         lanes: request.lanes,
     };

@@ -25,9 +25,8 @@ pub(crate) struct Unit {
 impl Unit {
     /// The file as a target prints it, under its name without folder and ending.
     pub(crate) fn file(&self, precisions: &[Precision]) -> File {
-        let stem = self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         File {
-            stem: stem + &self.compiled.suffix,
+            stem: self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
             docs: self.compiled.docs.clone(),
             kernels: self.compiled.functions.iter().map(|function| function.kernel.clone()).collect(),
             precisions: precisions.to_vec(),

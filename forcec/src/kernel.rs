@@ -1,7 +1,7 @@
 //! What the targets print: scheduled kernels, and the file they stand in.
 
 pub use crate::identifiers::Target;
-use crate::layouts::Packing;
+use crate::layouts::{Layout, Packing};
 use crate::schedule::Schedule;
 use std::fmt;
 
@@ -41,6 +41,8 @@ pub struct Kernel {
     pub formulas: Vec<String>,
     /// Its statements; they know the arguments.
     pub schedule: Schedule,
+    /// How its results are laid out.
+    pub layout: Layout,
     /// Where the entries of its results stand, if it writes them as a list.
     pub packing: Option<Packing>,
     /// How many instances it computes at once.
@@ -50,7 +52,7 @@ pub struct Kernel {
 /// One force file, ready to be printed.
 #[derive(Clone, Debug)]
 pub struct File {
-    /// The name of the generated files, without extension.
+    /// The name of the force file, without extension.
     pub stem: String,
     /// The doc comment of the force file.
     pub docs: Vec<String>,
@@ -58,6 +60,15 @@ pub struct File {
     pub kernels: Vec<Kernel>,
     /// The precisions asked for, in order.
     pub precisions: Vec<Precision>,
+}
+
+impl File {
+    /// The name of the generated files, without extension: that of the force file, and the layout of its kernels.
+    pub fn name(&self) -> String {
+        let suffix =
+            self.kernels.first().map_or_else(String::new, |kernel| kernel.layout.suffix(kernel.lanes));
+        format!("{}{suffix}", self.stem)
+    }
 }
 
 impl Kernel {

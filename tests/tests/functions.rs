@@ -175,6 +175,7 @@ fn kernels() -> Vec<(Function, Kernel)> {
             bodies: vec![Body { name: "p".to_owned(), kind: BodyKind::PARTICLE, fixed: false }],
             parameters: (0..2).map(parameter).collect(),
             rows: 0,
+            ..Signature::default()
         };
         let mut graph = Graph::default();
         let zero = graph.zero();

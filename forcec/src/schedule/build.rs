@@ -17,13 +17,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// The statements that compute the items' outputs.
-pub(super) fn build(signature: &Signature, mut items: Items) -> Schedule {
+pub(super) fn build(signature: &Signature, mut items: Items, single: bool) -> Schedule {
     let mut distinct: Vec<ItemId> =
         items.outputs.iter().map(|(_, edge)| edge.item).filter(|item| !items.is_zero(*item)).collect();
     let nonzero = distinct.len();
     distinct.sort_unstable();
     distinct.dedup();
-    let rows = rows::find(&mut items, signature);
+    let rows = if single { Rows::default() } else { rows::find(&mut items, signature) };
     let own_line = own_line(signature, &items, &rows);
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);

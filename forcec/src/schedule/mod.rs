@@ -243,12 +243,14 @@ pub struct Style {
     pub divisions: bool,
     /// A product that only a sum reads is added to it by a fused multiplication.
     pub fma: bool,
+    /// Every entry is stored for itself: no row is written by a loop.
+    pub single: bool,
 }
 
 /// The statements that compute a program's outputs.
 pub fn schedule(program: &Program, style: Style) -> Schedule {
     let items = lower::lower(program, style);
-    build::build(&program.signature, items)
+    build::build(&program.signature, items, style.single)
 }
 
 impl Schedule {

@@ -7,11 +7,12 @@ use crate::bodies::{BODIES, ParameterType, Signature, Slot};
 use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
+use crate::layouts::LANES;
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect, together};
-use crate::schedule::{Output, Part, Variable};
+use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
-use crate::targets::{body, decimal, field_summary, parameter_summary, reads, slot_path, template};
+use crate::targets::{body, decimal, field_summary, lane, parameter_summary, reads, slot_path, template};
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::slice::from_ref;
@@ -28,6 +29,16 @@ fn real(precision: Precision) -> &'static str {
     }
 }
 
+/// The extent of an array of so many instances.
+fn extent(lanes: usize) -> String {
+    if lanes > 1 { format!("[{lanes}]") } else { String::new() }
+}
+
+/// What stands behind the name of a body type of so many instances.
+fn several_suffix(lanes: usize) -> String {
+    if lanes > 1 { format!("x{lanes}") } else { String::new() }
+}
+
 /// `forcec.h`: bodies, constants and special functions, in both precisions.
 pub fn header_common() -> String {
     let mut text = String::from(
@@ -39,14 +50,16 @@ pub fn header_common() -> String {
         let name = template("FORCEC_PI{F}", Function::Pi, precision);
         text.push_str(&format!("#define {name} {}\n", literal(&pi, precision)));
     }
-    for precision in PRECISIONS {
+    for (lanes, precision) in LANES.into_iter().flat_map(|lanes| PRECISIONS.map(|p| (lanes, p))) {
         for row in &BODIES {
-            text.push_str(&format!("\n/* {} */\ntypedef struct {{\n", row.summary));
+            let several = if lanes > 1 { format!("{lanes} times: ") } else { String::new() };
+            text.push_str(&format!("\n/* {several}{} */\ntypedef struct {{\n", row.summary));
             for field in row.fields {
                 let (real, summary) = (real(precision), field_summary(field));
-                text.push_str(&format!("    {real} {}[{}]; /* {summary} */\n", field.name, field.length));
+                let (name, length, lanes) = (field.name, field.length, extent(lanes));
+                text.push_str(&format!("    {real} {name}[{length}]{lanes}; /* {summary} */\n"));
             }
-            text.push_str(&format!("}} {}_{precision};\n", row.c_name));
+            text.push_str(&format!("}} {}_{precision}{};\n", row.c_name, several_suffix(lanes)));
         }
     }
     for precision in PRECISIONS {
@@ -70,7 +83,7 @@ pub fn header_common() -> String {
 /// The definition of a special function.
 fn special(function: Function, routine: &Routine, precision: Precision) -> String {
     let empty = Signature::default();
-    let dialect = C::new(&empty, precision);
+    let dialect = C::new(&empty, precision, 1);
     let real = real(precision);
     let name = template(function.row().c, function, precision);
     let name = name.split('(').next().unwrap_or_default();
@@ -104,7 +117,8 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
 
 /// The header of a force file: parameter and output structs, and what to call.
 pub fn header(file: &File) -> String {
-    let guard: String = file.stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    let guard: String =
+        file.name().chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     let guard = format!("FORCEC_{}_H", guard.to_ascii_uppercase());
     let mut text = comment(&file_remark(file), "");
     text.push_str(&format!("#ifndef {guard}\n#define {guard}\n\n#include \"forcec.h\"\n\n"));
@@ -125,14 +139,14 @@ fn named(kernel: &Kernel, part: &str, precision: Precision) -> String {
 }
 
 fn declaration(kernel: &Kernel, precision: Precision) -> String {
-    let real = real(precision);
+    let (real, lanes) = (real(precision), extent(kernel.lanes));
     let signature = &kernel.schedule.signature;
     let mut text = String::new();
     if signature.has_given() {
         text.push_str("typedef struct {\n");
         let names = Arguments::new(signature, Target::C).parameters;
         for (index, parameter) in signature.given() {
-            let field = format!("{}{}", names[index], extents(&parameter.ty));
+            let field = format!("{}{}{lanes}", names[index], extents(&parameter.ty));
             text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
         }
         text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
@@ -142,12 +156,12 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
         let (rows, columns) = part.shape(signature);
         let extents = if part.is_list() { format!("[{rows}]") } else { format!("[{rows}][{columns}]") };
         let summary = part.row().summary.replace('`', "");
-        text.push_str(&format!("    {real} {part}{extents}; /* {summary} */\n"));
+        text.push_str(&format!("    {real} {part}{extents}{lanes}; /* {summary} */\n"));
     }
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
     text.push_str(&tables(kernel, precision));
     text.push_str(&comment(&kernel.docs, ""));
-    text.push_str(&format!("{};\n", prototype(kernel, precision)));
+    text.push_str(&format!("{};\n", prototype(kernel, precision, false)));
     text
 }
 
@@ -181,24 +195,28 @@ fn extents(ty: &ParameterType) -> String {
     ty.extents().iter().map(|n| format!("[{n}]")).collect()
 }
 
-fn prototype(kernel: &Kernel, precision: Precision) -> String {
+/// The head of the function; in its definition the arguments of several instances are told not to overlap, which C++ has no
+/// word for.
+fn prototype(kernel: &Kernel, precision: Precision, defines: bool) -> String {
     let signature = &kernel.schedule.signature;
+    let several = several_suffix(kernel.lanes);
+    let star = if defines && kernel.lanes > 1 { "*restrict " } else { "*" };
     let mut arguments: Vec<String> = Vec::new();
     for (body, name) in signature.bodies.iter().zip(Arguments::new(signature, Target::C).bodies) {
-        arguments.push(format!("const {}_{precision} *{name}", body.kind.row().c_name));
+        arguments.push(format!("const {}_{precision}{several} {star}{name}", body.kind.row().c_name));
     }
     if signature.has_given() {
-        arguments.push(format!("const {} *params", named(kernel, "_params", precision)));
+        arguments.push(format!("const {} {star}params", named(kernel, "_params", precision)));
     }
     let extras = Arguments::new(signature, Target::C).extras;
     for (index, extra) in signature.given_extras() {
         let (real, name) = (real(precision), &extras[index]);
         arguments.push(match extra.ty.extents().as_slice() {
             [] => format!("{real} {name}"),
-            extents => format!("const {real} {name}[{}]", extents[0]),
+            extents => format!("const {real} {name}[{}]{}", extents[0], extent(kernel.lanes)),
         });
     }
-    arguments.push(format!("{} *out", named(kernel, "_out", precision)));
+    arguments.push(format!("{} {star}out", named(kernel, "_out", precision)));
     let head = format!("void {}(", named(kernel, "", precision));
     let mut text = head.clone();
     let mut column = head.len();
@@ -221,7 +239,7 @@ fn prototype(kernel: &Kernel, precision: Precision) -> String {
 /// The source of a force file.
 pub fn source(file: &File) -> String {
     let mut text = comment(&[made(file)], "");
-    text.push_str(&format!("#include \"{}.h\"\n", file.stem));
+    text.push_str(&format!("#include \"{}.h\"\n", file.name()));
     for kernel in &file.kernels {
         for &precision in &file.precisions {
             text.push('\n');
@@ -240,9 +258,9 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     }
     remark.extend(kernel.summary());
     let mut text = comment(&remark, "");
-    text.push_str(&format!("{}\n{{\n", prototype(kernel, precision)));
+    text.push_str(&format!("{}\n{{\n", prototype(kernel, precision, true)));
     let reads = reads(schedule);
-    let dialect = C::new(&schedule.signature, precision);
+    let dialect = C::new(&schedule.signature, precision, kernel.lanes);
     let extras = schedule.signature.given_extras().map(|(k, _)| (&dialect.names.extras[k], reads.extras[k]));
     for (name, read) in dialect.names.bodies.iter().zip(reads.bodies).chain(extras) {
         if !read {
@@ -252,7 +270,16 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     if !reads.parameters && schedule.signature.has_given() {
         text.push_str("    (void)params;\n");
     }
-    text.push_str(&body(&dialect, schedule, "    "));
+    if kernel.lanes > 1 {
+        // Compilers make wide instructions of a loop without loops in it.
+        let zero = |statement: &Statement| matches!(statement, Statement::Zero { .. });
+        text.push_str(&body(&dialect, schedule, "    ", zero));
+        text.push_str(&format!("    for (int lane = 0; lane < {}; lane++) {{\n", kernel.lanes));
+        text.push_str(&body(&dialect, schedule, "        ", |statement| !zero(statement)));
+        text.push_str("    }\n");
+    } else {
+        text.push_str(&body(&dialect, schedule, "    ", |_| true));
+    }
     text.push_str("}\n");
     text
 }
@@ -305,16 +332,39 @@ struct C<'a> {
     signature: &'a Signature,
     names: Arguments,
     precision: Precision,
+    lanes: usize,
 }
 
 impl C<'_> {
-    fn new(signature: &Signature, precision: Precision) -> C<'_> {
-        C { signature, names: Arguments::new(signature, Target::C), precision }
+    fn new(signature: &Signature, precision: Precision, lanes: usize) -> C<'_> {
+        C { signature, names: Arguments::new(signature, Target::C), precision, lanes }
     }
 
     fn place(&self, output: Output) -> String {
-        let Output { part, row, column } = output;
-        if part.is_list() { format!("out->{part}[{row}]") } else { format!("out->{part}[{row}][{column}]") }
+        let (Output { part, row, column }, lane) = (output, lane(self.lanes));
+        if part.is_list() {
+            format!("out->{part}[{row}]{lane}")
+        } else {
+            format!("out->{part}[{row}][{column}]{lane}")
+        }
+    }
+
+    /// The same runs of columns in each of some rows become zero in every instance.
+    fn zeros_of_several(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
+        let zero = self.literal(&Exact::ZERO);
+        let each = |index: &str, range: &Range<usize>| {
+            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
+        };
+        let lanes = each("lane", &(0..self.lanes));
+        if part.is_list() {
+            let line = format!("    {lanes} out->{part}[i][lane] = {zero};");
+            return vec![each("i", rows), line];
+        }
+        let run = |run: &Range<usize>| {
+            let loops = format!("{} {}", each("i", rows), each("j", run));
+            [loops, format!("    {lanes} out->{part}[i][j][lane] = {zero};")]
+        };
+        columns.iter().flat_map(run).collect()
     }
 
     fn declare(&self, variable: &Variable) -> String {
@@ -346,6 +396,9 @@ impl C<'_> {
     /// The same runs of columns in each of some rows become zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         const CHAIN: usize = 4;
+        if self.lanes > 1 {
+            return self.zeros_of_several(part, rows, columns);
+        }
         let zero = self.literal(&Exact::ZERO);
         let width: usize = columns.iter().map(Range::len).sum();
         let each = |index: &str, range: &Range<usize>| {
@@ -391,7 +444,7 @@ impl Dialect for C<'_> {
     fn input(&self, slot: Slot) -> String {
         match self.signature.known(slot) {
             Some(value) => self.literal(&value),
-            None => slot_path(self.signature, &self.names, slot, "->"),
+            None => slot_path(self.signature, &self.names, slot, "->", self.lanes),
         }
     }
 

@@ -32,11 +32,11 @@ pub fn emit(file: &File, target: Target) -> Vec<Generated> {
     let named = |name: String, text: String| Generated { name, text };
     match target {
         Target::C => vec![
-            named(format!("{}.h", file.stem), c::header(file)),
-            named(format!("{}.c", file.stem), c::source(file)),
+            named(format!("{}.h", file.name()), c::header(file)),
+            named(format!("{}.c", file.name()), c::source(file)),
             named("forcec.h".to_owned(), c::header_common()),
         ],
-        Target::Rust => vec![named(format!("{}.rs", file.stem), rust::module(file))],
+        Target::Rust => vec![named(format!("{}.rs", file.name()), rust::module(file))],
     }
 }
 
@@ -72,11 +72,12 @@ fn spelled(template: &str, precision: Precision) -> String {
 }
 
 /// A slot as an expression: `a->position[2]`, `params->m[0][1]`; `arrow` reaches from an argument to its fields.
-fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str) -> String {
+fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str, lanes: usize) -> String {
     let argument = slot.argument as usize;
+    let lane = lane(lanes);
     let Some(parameter) = signature.parameter(slot) else {
         let field = &signature.bodies[argument].kind.row().fields[slot.field as usize];
-        return format!("{}{arrow}{}[{}]", names.bodies[argument], field.name, slot.offset);
+        return format!("{}{arrow}{}[{}]{lane}", names.bodies[argument], field.name, slot.offset);
     };
     let mut path = match signature.extra(slot) {
         Some(extra) => names.extras[extra].clone(),
@@ -85,13 +86,25 @@ fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str) 
     for index in indices(&parameter.ty.extents(), slot.offset) {
         path.push_str(&format!("[{index}]"));
     }
-    path
+    // A lone extra is the same for all.
+    let shared = signature.extra(slot).is_some() && parameter.ty == ParameterType::Real;
+    if shared { path } else { path + lane }
 }
 
-/// The statements, a blank line before every heading but the first.
-fn body(dialect: &dyn Dialect, schedule: &Schedule, indent: &str) -> String {
+/// What stands behind a place of which every instance has its own.
+fn lane(lanes: usize) -> &'static str {
+    if lanes > 1 { "[lane]" } else { "" }
+}
+
+/// The statements that this holds of, a blank line before every heading but the first.
+fn body(
+    dialect: &dyn Dialect,
+    schedule: &Schedule,
+    indent: &str,
+    wanted: impl Fn(&Statement) -> bool,
+) -> String {
     let mut text = String::new();
-    for statement in &schedule.statements {
+    for statement in schedule.statements.iter().filter(|statement| wanted(statement)) {
         if matches!(statement, Statement::Heading(_)) && !text.is_empty() {
             text.push('\n');
         }
@@ -178,10 +191,12 @@ fn sentence(text: &str) -> String {
     format!("{first}{}.", letters.as_str())
 }
 
-/// A body type's name in Rust.
-pub(crate) fn rust_body(row: &BodyRow, precision: Precision) -> String {
-    match precision {
-        Precision::F64 => row.name.to_owned(),
-        Precision::F32 => format!("{}F32", row.name),
-    }
+/// A body type's name in Rust, of one instance or of several.
+pub(crate) fn rust_body(row: &BodyRow, precision: Precision, lanes: usize) -> String {
+    let precise = match precision {
+        Precision::F64 => "",
+        Precision::F32 => "F32",
+    };
+    let several = if lanes > 1 { format!("X{lanes}") } else { String::new() };
+    format!("{}{precise}{several}", row.name)
 }

@@ -13,7 +13,8 @@ use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
-    body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path, template,
+    body, decimal, field_summary, kinds, lane, parameter_summary, reads, rust_body, sentence, slot_path,
+    template,
 };
 use std::f64::consts;
 use std::ops::Range;
@@ -35,17 +36,24 @@ pub fn module(file: &File) -> String {
     }
     text.push_str(&format!("//! Made by forcec from `{}.rs`; the code is yours.\n", file.stem));
     for &precision in &file.precisions {
+        let lanes = file.kernels.first().map_or(1, |kernel| kernel.lanes);
         for kind in kinds(file.kernels.iter().map(|kernel| &kernel.schedule.signature)) {
             let row = kind.row();
             let fields = row.fields.iter().map(|field| {
                 (
                     field.name.to_owned(),
-                    format!("[{precision}; {}]", field.length),
+                    format!("[{}; {}]", number(precision, lanes), field.length),
                     field_summary(field).to_owned(),
                 )
             });
             text.push('\n');
-            text.push_str(&structure(&rust_body(row, precision), row.summary, fields.collect(), true, ""));
+            text.push_str(&structure(
+                &rust_body(row, precision, lanes),
+                row.summary,
+                fields.collect(),
+                true,
+                "",
+            ));
         }
     }
     for kernel in &file.kernels {
@@ -63,12 +71,16 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     let signature = &schedule.signature;
     let mut text = documentation(kernel);
     text.push_str(&format!("pub mod {} {{\n", module_name(kernel, precision)));
-    text.push_str(&imports(signature, precision));
+    text.push_str(&imports(signature, precision, kernel.lanes));
     text.push_str(&constants(kernel));
     if signature.has_given() {
         let names = Arguments::new(signature, Target::Rust).parameters;
         let fields = signature.given().map(|(index, parameter)| {
-            (names[index].clone(), array(&parameter.ty, precision), parameter_summary(parameter))
+            (
+                names[index].clone(),
+                array(&parameter.ty, precision, kernel.lanes),
+                parameter_summary(parameter),
+            )
         });
         let short = signature.given().all(|(_, p)| p.ty.extents().iter().all(|&n| n <= 32));
         text.push('\n');
@@ -82,7 +94,8 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     }
     let fields = schedule.parts.iter().map(|&part| {
         let (rows, columns) = part.shape(signature);
-        let row = if part.is_list() { precision.to_string() } else { format!("[{precision}; {columns}]") };
+        let number = number(precision, kernel.lanes);
+        let row = if part.is_list() { number } else { format!("[{number}; {columns}]") };
         (part.to_string(), format!("[{row}; {rows}]"), part.row().summary.to_owned())
     });
     let extents = schedule.parts.iter().map(|part| part.shape(signature));
@@ -96,8 +109,18 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     }
     text.push_str("\n    /// Computes every entry of `out`.\n");
     text.push_str(&evaluate_head(kernel, precision));
-    let dialect = Rust::new(signature, precision, 8);
-    text.push_str(&body(&dialect, schedule, "        "));
+    if kernel.lanes > 1 {
+        let zero = |statement: &Statement| matches!(statement, Statement::Zero { .. });
+        let dialect = Rust::new(signature, precision, 8, kernel.lanes);
+        text.push_str(&body(&dialect, schedule, "        ", zero));
+        text.push_str(&format!("        for lane in 0..{} {{\n", kernel.lanes));
+        let dialect = Rust::new(signature, precision, 12, kernel.lanes);
+        text.push_str(&body(&dialect, schedule, "            ", |statement| !zero(statement)));
+        text.push_str("        }\n");
+    } else {
+        let dialect = Rust::new(signature, precision, 8, 1);
+        text.push_str(&body(&dialect, schedule, "        ", |_| true));
+    }
     text.push_str("    }\n}\n");
     text
 }
@@ -156,6 +179,22 @@ fn constants(kernel: &Kernel) -> String {
         let summary = format!("Rows of `{part}`; `.` where an entry is always zero.");
         let mut rows = rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned());
         names(&summary, &format!("{}_NONZERO", part.name().to_ascii_uppercase()), &mut rows);
+    }
+    for table in kernel.packing.iter().flat_map(|packing| &packing.tables) {
+        let summary = format!(
+            "Where the entries of `{0}` stand: k > 0 is `entries[k - 1]`, k < 0 is `-entries[-k - 1]`, 0 is zero.",
+            table.part
+        );
+        let text = |row: &[i32]| row.iter().map(i32::to_string).collect::<Vec<String>>();
+        let (count, columns) = (table.entries.len() / table.columns.max(1), table.columns);
+        let name = format!("{}_PLACES", table.part.name().to_ascii_uppercase());
+        if table.part.is_list() {
+            constant(&summary, &format!("{name}: [i32; {count}]"), &list(&text(&table.entries), INDENT));
+        } else {
+            let inner = format!("{INDENT}    ");
+            let rows: Vec<String> = table.rows().map(|row| list(&text(row), &inner)).collect();
+            constant(&summary, &format!("{name}: [[i32; {columns}]; {count}]"), &list(&rows, INDENT));
+        }
     }
     constant("The name of the force function.", "NAME: &str", &format!("{:?}", kernel.name));
     constant("Degrees of freedom: the length of `force`.", "FREEDOMS: usize", &freedoms.to_string());
@@ -219,10 +258,10 @@ fn documentation(kernel: &Kernel) -> String {
     lines.iter().map(|line| format!("{}\n", format!("/// {line}").trim_end())).collect()
 }
 
-fn imports(signature: &Signature, precision: Precision) -> String {
+fn imports(signature: &Signature, precision: Precision, lanes: usize) -> String {
     let mut names: Vec<String> = Vec::new();
     for kind in kinds(std::iter::once(signature)) {
-        let (name, own) = (kind.row().name, rust_body(kind.row(), precision));
+        let (name, own) = (kind.row().name, rust_body(kind.row(), precision, lanes));
         names.push(if own == name { own } else { format!("{own} as {name}") });
     }
     names.sort();
@@ -268,8 +307,13 @@ fn structure(
         .collect()
 }
 
-fn array(ty: &ParameterType, precision: Precision) -> String {
-    ty.extents().iter().rev().fold(precision.name().to_owned(), |inner, n| format!("[{inner}; {n}]"))
+/// A number of each of so many instances.
+fn number(precision: Precision, lanes: usize) -> String {
+    if lanes > 1 { format!("[{precision}; {lanes}]") } else { precision.to_string() }
+}
+
+fn array(ty: &ParameterType, precision: Precision, lanes: usize) -> String {
+    ty.extents().iter().rev().fold(number(precision, lanes), |inner, n| format!("[{inner}; {n}]"))
 }
 
 fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
@@ -285,8 +329,9 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
         arguments.push(format!("{}params: &Params", unused(reads.parameters)));
     }
     for (index, extra) in signature.given_extras() {
-        let borrowed = if extra.ty == ParameterType::Real { "" } else { "&" };
-        let (name, ty) = (&names.extras[index], array(&extra.ty, precision));
+        // A lone extra is the same for all.
+        let (borrowed, lanes) = if extra.ty == ParameterType::Real { ("", 1) } else { ("&", kernel.lanes) };
+        let (name, ty) = (&names.extras[index], array(&extra.ty, precision, lanes));
         arguments.push(format!("{}{name}: {borrowed}{ty}", unused(reads.extras[index])));
     }
     arguments.push("out: &mut Output".to_owned());
@@ -308,7 +353,7 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
     let mut text = format!("    /// {}\n", sentence(&routine.summary));
     text.push_str(&format!("    fn {name}({}) -> {precision} {{\n", arguments.join(", ")));
     let write = |text: &mut String, (statements, result): &Way, indent: usize, end: [&str; 2]| {
-        let dialect = Rust::new(&empty, precision, indent);
+        let dialect = Rust::new(&empty, precision, indent, 1);
         let space = " ".repeat(indent);
         for statement in statements {
             for line in print::statement(&dialect, &routine.variables, statement) {
@@ -319,7 +364,7 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
         text.push_str(&format!("{space}{}{result}{}\n", end[0], end[1]));
     };
     if let Some((condition, near)) = &routine.near {
-        let dialect = Rust::new(&empty, precision, 8);
+        let dialect = Rust::new(&empty, precision, 8, 1);
         let condition = print::expression(&dialect, &routine.variables, condition);
         text.push_str(&format!("        if {condition} {{\n"));
         write(&mut text, near, 12, ["return ", ";"]);
@@ -385,16 +430,21 @@ struct Rust<'a> {
     names: Arguments,
     precision: Precision,
     indent: usize,
+    lanes: usize,
 }
 
 impl Rust<'_> {
-    fn new(signature: &Signature, precision: Precision, indent: usize) -> Rust<'_> {
-        Rust { signature, names: Arguments::new(signature, Target::Rust), precision, indent }
+    fn new(signature: &Signature, precision: Precision, indent: usize, lanes: usize) -> Rust<'_> {
+        Rust { signature, names: Arguments::new(signature, Target::Rust), precision, indent, lanes }
     }
 
     fn place(&self, output: Output) -> String {
-        let Output { part, row, column } = output;
-        if part.is_list() { format!("out.{part}[{row}]") } else { format!("out.{part}[{row}][{column}]") }
+        let (Output { part, row, column }, lane) = (output, lane(self.lanes));
+        if part.is_list() {
+            format!("out.{part}[{row}]{lane}")
+        } else {
+            format!("out.{part}[{row}][{column}]{lane}")
+        }
     }
 
     fn assign(&self, left: &str, value: &str) -> Vec<String> {
@@ -436,11 +486,12 @@ impl Rust<'_> {
     /// The same runs of columns in each of some rows become zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         let (height, width) = part.shape(self.signature);
+        let zero = if self.lanes > 1 { format!("[0.0; {}]", self.lanes) } else { "0.0".to_owned() };
         // An entry, some entries or all entries of a place of so many reals become zero.
         let fill = |place: &str, whole: &str, count: usize, range: &Range<usize>| match range.len() {
-            length if length == count && count > 1 => format!("{whole} = [0.0; {count}];"),
-            1 => format!("{place}[{}] = 0.0;", range.start),
-            _ => format!("{place}[{}..{}].fill(0.0);", range.start, range.end),
+            length if length == count && count > 1 => format!("{whole} = [{zero}; {count}];"),
+            1 => format!("{place}[{}] = {zero};", range.start),
+            _ => format!("{place}[{}..{}].fill({zero});", range.start, range.end),
         };
         let name = part.name();
         if part.is_list() {
@@ -449,7 +500,7 @@ impl Rust<'_> {
         }
         let whole = rows.len() == height;
         if whole && columns.iter().all(|run| run.len() == width) {
-            return vec![format!("out.{name} = [[0.0; {width}]; {height}];")];
+            return vec![format!("out.{name} = [[{zero}; {width}]; {height}];")];
         }
         if rows.len() == 1 {
             let place = format!("out.{name}[{}]", rows.start);
@@ -485,7 +536,7 @@ impl Dialect for Rust<'_> {
     fn input(&self, slot: Slot) -> String {
         match self.signature.known(slot) {
             Some(value) => self.literal(&value),
-            None => slot_path(self.signature, &self.names, slot, "."),
+            None => slot_path(self.signature, &self.names, slot, ".", self.lanes),
         }
     }
 
