@@ -3,6 +3,7 @@
 //! The benchmark `compile_time` and the test `time_per_node` both read them.
 
 pub mod kernels;
+pub mod layouts;
 
 use forcec::compile::{Compiled, compile};
 use forcec::span::Source;
