@@ -77,8 +77,13 @@ impl Kernel {
         let mut lines = self.formulas.clone();
         let count = self.schedule.operations();
         let freedoms = self.schedule.signature.freedoms();
-        let lengths = self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature));
-        let outputs: usize = lengths.sum();
+        let (outputs, nonzero) = match &self.packing {
+            Some(packing) => (packing.places().count(), packing.places().filter(|place| *place != 0).count()),
+            None => {
+                let lengths = self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature));
+                (lengths.sum(), self.schedule.nonzero)
+            }
+        };
         lines.push(format!(
             "{} operations: {} add, {} mul, {} div, {} sqrt, {} call; {} negations.",
             count.total(),
@@ -91,8 +96,11 @@ impl Kernel {
         ));
         lines.push(format!(
             "{freedoms} degrees of freedom; of {outputs} outputs {} are not zero, {} of these distinct up to sign.",
-            self.schedule.nonzero, self.schedule.distinct
+            nonzero, self.schedule.distinct
         ));
+        if self.lanes > 1 {
+            lines.push(format!("{} instances at once; operations are those of one.", self.lanes));
+        }
         lines
     }
 

@@ -126,14 +126,19 @@ pub struct Packing {
 }
 
 impl Packing {
+    /// The place of every entry, result by result and row by row.
+    pub fn places(&self) -> impl Iterator<Item = i32> + '_ {
+        self.tables.iter().flat_map(|table| &table.entries).copied()
+    }
+
     /// The results, from the list.
     pub fn unpack<N: Clone + std::ops::Neg<Output = N>>(&self, list: &[N], zero: &N) -> Vec<N> {
-        let entry = |place: &i32| match place {
+        let entry = |place: i32| match place {
             0 => zero.clone(),
-            place if *place > 0 => list[*place as usize - 1].clone(),
-            place => -list[place.unsigned_abs() as usize - 1].clone(),
+            1.. => list[place as usize - 1].clone(),
+            _ => -list[place.unsigned_abs() as usize - 1].clone(),
         };
-        self.tables.iter().flat_map(|table| &table.entries).map(entry).collect()
+        self.places().map(entry).collect()
     }
 }
 

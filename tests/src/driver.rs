@@ -262,7 +262,7 @@ pub fn rust(file: &File, states: usize) -> String {
                 Some(packing) => {
                     let table = |table: &Array<i32>| {
                         let name = format!("{}_PLACES", table.part.name().to_ascii_uppercase());
-                        let flat = if table.part.is_list() { "" } else { ".as_flattened()" };
+                        let flat = if table.part.is_list() { ".iter()" } else { ".as_flattened()" };
                         format!(
                             "            for &place in {stem}::{module}::{name}{flat} {{\n                \
                              let at = |k: i32| found[k as usize * {lanes} + lane];\n                \
