@@ -5,7 +5,7 @@
 //! Rows that follow from others are written by loops; the rows of the same matrix are stored when all their entries
 //! are there, side by side, so that compilers make wide stores of them and wide loads in the loops.
 
-use crate::bodies::Signature;
+use crate::bodies::{ParameterType, Signature};
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::schedule::cut::{self, Room};
@@ -76,6 +76,9 @@ fn own_line(signature: &Signature, items: &Items, rows: &Rows, single: bool) -> 
             Item::Input(slot) => {
                 let long = cut::input_width(signature, *slot) > cut::LONG_INPUT;
                 own[index] |= long || single || signature.known(*slot).is_some();
+                // What is an argument by itself has a name already.
+                let lone = signature.parameter(*slot).is_some_and(|p| p.ty == ParameterType::Real);
+                own[index] &= !(lone && signature.extra(*slot).is_some() && signature.known(*slot).is_none());
             }
             // No logic within logic: every language and every linter reads that alike.
             Item::And(a, b) | Item::Or(a, b) => [*a, *b].into_iter().for_each(|x| own[x as usize] = true),

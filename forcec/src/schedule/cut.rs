@@ -49,7 +49,8 @@ impl Room {
 
     /// The same for statements in a loop.
     fn in_loop(self) -> Room {
-        const INDENT: usize = 4;
+        /// The indentation, and what more parentheses may take.
+        const INDENT: usize = 6;
         Room { width: self.width - INDENT, written: self.written - INDENT, ..self }
     }
 

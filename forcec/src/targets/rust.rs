@@ -294,12 +294,21 @@ fn structure(
     lines.push("}".to_owned());
     if !derives {
         lines.extend(["", &format!("impl Default for {name} {{")].map(str::to_owned));
-        lines.extend(["    fn default() -> Self {", "        Self {"].map(str::to_owned));
-        for (field, ty, _) in &fields {
-            let zero = ty.replace("f64", "0.0").replace("f32", "0.0");
-            lines.push(format!("            {field}: {zero},"));
+        /// rustfmt's `struct_lit_width`.
+        const STRUCT: usize = 18;
+        let zero = |ty: &str| ty.replace("f64", "0.0").replace("f32", "0.0");
+        let zeros: Vec<String> =
+            fields.iter().map(|(field, ty, _)| format!("{field}: {}", zero(ty))).collect();
+        lines.push("    fn default() -> Self {".to_owned());
+        let line = zeros.join(", ");
+        if line.len() <= STRUCT {
+            lines.push(format!("        Self {{ {line} }}"));
+        } else {
+            lines.push("        Self {".to_owned());
+            lines.extend(zeros.iter().map(|zero| format!("            {zero},")));
+            lines.push("        }".to_owned());
         }
-        lines.extend(["        }", "    }", "}"].map(str::to_owned));
+        lines.extend(["    }", "}"].map(str::to_owned));
     }
     lines
         .iter()
