@@ -90,7 +90,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    fn of(mut values: Vec<f64>) -> Spread {
+    pub(crate) fn of(mut values: Vec<f64>) -> Spread {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
         Spread { least: at(0.0), low: at(0.25), median: at(0.5), high: at(0.75) }
@@ -152,7 +152,7 @@ pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
 }
 
 /// The compiled file, and as the targets print it.
-fn printable(compiled: Compiled) -> (File, Compiled) {
+pub(crate) fn printable(compiled: Compiled) -> (File, Compiled) {
     let file = File {
         stem: compiled.source.name.trim_end_matches(".rs").to_owned(),
         docs: compiled.docs.clone(),
@@ -212,7 +212,7 @@ fn states(stages: &Stages) -> Vec<u8> {
 }
 
 /// Runs a command in the folder and returns what it prints.
-fn run(command: &mut Command, folder: &Path) -> String {
+pub(crate) fn run(command: &mut Command, folder: &Path) -> String {
     let output = match command.current_dir(folder).output() {
         Ok(output) => output,
         Err(error) => panic!("{command:?}: {error}"),

@@ -4,6 +4,7 @@
 
 pub mod catalogue;
 pub mod kernels;
+pub mod layouts;
 pub mod picture;
 pub mod precision;
 pub mod run;

@@ -90,8 +90,11 @@ impl Scene {
     }
 }
 
-/// The scenes by name.
-pub const SCENES: [(&str, &str, fn() -> Scene); 6] = [
+/// Makes a scene.
+pub type Make = fn() -> Scene;
+
+/// The scenes by name, and what they are.
+pub const SCENES: [(&str, &str, Make); 6] = [
     ("c10", "ten rods end to end, pinned, turning about the pin", || c10(1e6)),
     ("ben25", "25 articulated robots, hanging, driven by torques", || ben25(1e7, true)),
     ("ben25-free", "the same, turning freely about their pins", || ben25(1e7, false)),

@@ -183,10 +183,14 @@ pub struct Signature {
     pub parameters: Vec<Parameter>,
     /// Rows of C; one for an energy, none for a force.
     pub rows: usize,
+    /// What some results take beside bodies and parameters, as arguments of their own: a time step, a direction.
+    pub extras: Vec<Parameter>,
+    /// Entries of the list that a packed kernel writes.
+    pub packed: usize,
 }
 
 /// One real entry of an argument: an argument, a field of it, and a flat offset in memory order.
-/// Arguments count bodies first, then parameters; a parameter has the one field 0.
+/// Arguments count bodies first, then parameters, then extras; a parameter or extra has the one field 0.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Slot {
     /// Index of the argument.
@@ -262,9 +266,26 @@ impl Signature {
         Slot { argument: (self.bodies.len() + parameter) as u16, field: 0, offset }
     }
 
-    /// The parameter a slot belongs to, if it is one.
+    /// The slot of an entry of an extra.
+    pub fn extra_slot(&self, extra: &str, offset: u32) -> Option<Slot> {
+        let place = self.extras.iter().position(|own| own.name == extra)?;
+        Some(self.parameter_slot(self.parameters.len() + place, offset))
+    }
+
+    /// The extras that are arguments, with their positions.
+    pub fn given_extras(&self) -> impl Iterator<Item = (usize, &Parameter)> {
+        self.extras.iter().enumerate().filter(|(_, extra)| extra.value.is_none())
+    }
+
+    /// The parameter or extra a slot belongs to, if it is one.
     pub fn parameter(&self, slot: Slot) -> Option<&Parameter> {
-        self.parameters.get((slot.argument as usize).checked_sub(self.bodies.len())?)
+        let index = (slot.argument as usize).checked_sub(self.bodies.len())?;
+        self.parameters.get(index).or_else(|| self.extras.get(index - self.parameters.len()))
+    }
+
+    /// The position among the extras of the one a slot belongs to, if it is one.
+    pub fn extra(&self, slot: Slot) -> Option<usize> {
+        (slot.argument as usize).checked_sub(self.bodies.len() + self.parameters.len())
     }
 
     /// The blocks of the pose, in the order of the generalised forces.

@@ -8,6 +8,7 @@ use crate::diagnostic::Diagnostics;
 use crate::exact::Exact;
 use crate::files::{self, Output};
 use crate::kernel::{Precision, Target};
+use crate::layouts::{LANES, Layout};
 use crate::outputs::Part;
 use crate::{Effort, Mode};
 use std::path::{Path, PathBuf};
@@ -86,6 +87,21 @@ impl Build {
     /// What kernels compute; F, ∂F/∂X and ∂F/∂V unless told otherwise.
     pub fn outputs(mut self, parts: &[Part]) -> Build {
         self.request.outputs = Part::in_order(parts.to_vec());
+        self
+    }
+
+    /// Where results stand; `dense` unless told otherwise.
+    pub fn layout(mut self, layout: Layout) -> Build {
+        self.request.layout = layout;
+        self
+    }
+
+    /// How many instances a kernel computes at once; one unless told otherwise.
+    ///
+    /// Panics if that is none of [`LANES`].
+    pub fn lanes(mut self, lanes: usize) -> Build {
+        assert!(LANES.contains(&lanes), "lanes are {LANES:?}");
+        self.request.lanes = lanes;
         self
     }
 

@@ -7,6 +7,7 @@ use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::Kernel;
+use crate::layouts::Layout;
 use crate::optimize::{Optimized, optimize};
 use crate::outputs::{Axis, Part};
 use crate::plan::{Effort, Mode, Plan};
@@ -32,13 +33,30 @@ pub struct Request {
     pub plan: Plan,
     /// What is known beforehand.
     pub known: Specialization,
-    /// What kernels compute, in the order of the table.
+    /// What kernels compute, in the order of the table, where the layout leaves that open.
     pub outputs: Vec<Part>,
+    /// Where results stand.
+    pub layout: Layout,
+    /// How many instances a kernel computes at once.
+    pub lanes: usize,
 }
 
 impl Default for Request {
     fn default() -> Request {
-        Request { plan: Plan::default(), known: Specialization::default(), outputs: Part::DEFAULT.to_vec() }
+        Request {
+            plan: Plan::default(),
+            known: Specialization::default(),
+            outputs: Part::DEFAULT.to_vec(),
+            layout: Layout::Dense,
+            lanes: 1,
+        }
+    }
+}
+
+impl Request {
+    /// What kernels compute, in the order of the table.
+    pub fn parts(&self) -> &[Part] {
+        self.layout.row().computes.unwrap_or(&self.outputs)
     }
 }
 
@@ -108,7 +126,7 @@ pub fn compile_file(
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
     let definitions: Vec<Definition> = definitions.collect();
-    let valueless = definitions.iter().filter_map(|definition| valueless(definition, &request.outputs));
+    let valueless = definitions.iter().filter_map(|definition| valueless(definition, request.parts()));
     let errors: Vec<Diagnostic> = valueless.collect();
     if !errors.is_empty() {
         return Err(Diagnostics::new(file.source.clone(), errors));
@@ -128,8 +146,15 @@ fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
     })
 }
 
-fn stages(file: &syntax::ast::File, definition: Definition, request: &Request) -> Stages {
+fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Request) -> Stages {
     let started = Instant::now();
+    let signature = &mut definition.graph.signature;
+    for extra in Part::extras(request.parts()) {
+        let mut extra = extra.parameter(signature);
+        // What does not fit is no error: a parameter of that name is meant.
+        let _ = request.known.give(&mut extra);
+        signature.extras.push(extra);
+    }
     let plan = request.plan;
     // What a function states of itself holds whoever compiles it.
     let plan = file.function(&definition.name).map_or(plan, |own| Plan {
@@ -137,15 +162,24 @@ fn stages(file: &syntax::ast::File, definition: Definition, request: &Request) -
         fma: plan.fma || own.fma,
         ..plan
     });
-    let optimized = optimize(|formulation| derive(&definition, &request.outputs, formulation), plan);
-    let style = Style { strict: plan.mode == Mode::Strict, fma: plan.fma };
-    let schedule = schedule(&optimized.program, style);
+    let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
+    let style = Style { strict: plan.mode == Mode::Strict, fma: plan.fma, single: request.lanes > 1 };
+    let (laid, packing) = request.layout.lay(&optimized.program);
+    let schedule = schedule(&laid, style);
     let time = started.elapsed();
     let kernel = Kernel {
-        name: format!("{}{}", definition.name, request.known.suffix(&definition.graph.signature)),
+        name: format!(
+            "{}{}{}",
+            definition.name,
+            request.known.suffix(&definition.graph.signature),
+            request.layout.suffix(request.lanes)
+        ),
         docs: definition.docs.clone(),
         formulas: formulas(&definition),
         schedule,
+        layout: request.layout,
+        packing,
+        lanes: request.lanes,
     };
     let source = check::elaborate(file, &definition.name, &request.known);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);

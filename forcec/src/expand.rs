@@ -378,7 +378,8 @@ fn kernels(
                 #visibility use #inner::#module;
             });
             for body in &kernel.schedule.signature.bodies {
-                let name = format_ident!("{}", crate::targets::rust_body(body.kind.row(), precision));
+                let name =
+                    format_ident!("{}", crate::targets::rust_body(body.kind.row(), precision, kernel.lanes));
                 if !bodies.contains(&name) {
                     bodies.push(name);
                 }

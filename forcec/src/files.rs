@@ -95,7 +95,8 @@ pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
     let functions = || units.iter().flat_map(|unit| &unit.compiled.functions);
     let signatures = || functions().map(|function| &function.definition.graph.signature);
     let bodies: Vec<&str> = signatures().flat_map(|s| &s.bodies).map(|body| body.name.as_str()).collect();
-    let parameters: Vec<&str> = signatures().flat_map(|s| &s.parameters).map(|p| p.name.as_str()).collect();
+    let parameters = signatures().flat_map(|s| s.parameters.iter().chain(&s.extras));
+    let parameters: Vec<&str> = parameters.map(|p| p.name.as_str()).collect();
     let fixed = known.fixed.iter().map(|name| ("body", name, &bodies));
     let wanted = fixed.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
     let unknown = wanted.filter(|(_, name, names)| !names.contains(&name.as_str()));

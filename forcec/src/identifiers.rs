@@ -135,6 +135,8 @@ pub struct Arguments {
     pub bodies: Vec<String>,
     /// The parameters, fields of a struct.
     pub parameters: Vec<String>,
+    /// What some results take beside these, arguments like the bodies.
+    pub extras: Vec<String>,
 }
 
 impl Arguments {
@@ -145,8 +147,12 @@ impl Arguments {
         let bodies = signature.bodies.iter().map(|body| (body.name.as_str(), bare(&body.name)));
         let parameters = signature.parameters.iter().map(|parameter| parameter.name.as_str());
         let parameters = parameters.map(|name| (name, spelled(name, target)));
+        let extras = signature.extras.iter().map(|extra| (extra.name.as_str(), extra.name.clone()));
+        let mut locals = distinct(&bodies.chain(extras).collect::<Vec<_>>(), is_no_local);
+        let extras = locals.split_off(signature.bodies.len());
         Arguments {
-            bodies: distinct(&bodies.collect::<Vec<_>>(), is_no_local),
+            bodies: locals,
+            extras,
             parameters: distinct(&parameters.collect::<Vec<_>>(), |name| is_no_field(name, target)),
         }
     }
@@ -186,7 +192,8 @@ mod tests {
             value: None,
         };
         let parameters = names.iter().map(field).collect();
-        Arguments::new(&Signature { bodies: vec![], parameters, rows: 0 }, target).parameters
+        Arguments::new(&Signature { bodies: vec![], parameters, rows: 0, ..Signature::default() }, target)
+            .parameters
     }
 
     fn bodies(names: &[&str], target: Target) -> Vec<String> {
@@ -195,7 +202,11 @@ mod tests {
             kind: BodyKind::PARTICLE,
             fixed: false,
         });
-        Arguments::new(&Signature { bodies: bodies.collect(), parameters: vec![], rows: 0 }, target).bodies
+        Arguments::new(
+            &Signature { bodies: bodies.collect(), parameters: vec![], rows: 0, ..Signature::default() },
+            target,
+        )
+        .bodies
     }
 
     #[test]

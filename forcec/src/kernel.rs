@@ -1,6 +1,7 @@
 //! What the targets print: scheduled kernels, and the file they stand in.
 
 pub use crate::identifiers::Target;
+use crate::layouts::{Layout, Packing};
 use crate::schedule::Schedule;
 use std::fmt;
 
@@ -40,12 +41,25 @@ pub struct Kernel {
     pub formulas: Vec<String>,
     /// Its statements; they know the arguments.
     pub schedule: Schedule,
+    /// How its results are laid out.
+    pub layout: Layout,
+    /// Where the entries of its results stand, if it writes them as a list.
+    pub packing: Option<Packing>,
+    /// How many instances it computes at once.
+    pub lanes: usize,
+}
+
+impl Kernel {
+    /// A kernel of one instance whose results are full arrays.
+    pub fn dense(name: String, docs: Vec<String>, formulas: Vec<String>, schedule: Schedule) -> Kernel {
+        Kernel { name, docs, formulas, schedule, layout: Layout::Dense, packing: None, lanes: 1 }
+    }
 }
 
 /// One force file, ready to be printed.
 #[derive(Clone, Debug)]
 pub struct File {
-    /// The name of the generated files, without extension.
+    /// The name of the force file, without extension.
     pub stem: String,
     /// The doc comment of the force file.
     pub docs: Vec<String>,
@@ -55,14 +69,28 @@ pub struct File {
     pub precisions: Vec<Precision>,
 }
 
+impl File {
+    /// The name of the generated files, without extension: that of the force file, and the layout of its kernels.
+    pub fn name(&self) -> String {
+        let suffix =
+            self.kernels.first().map_or_else(String::new, |kernel| kernel.layout.suffix(kernel.lanes));
+        format!("{}{suffix}", self.stem)
+    }
+}
+
 impl Kernel {
     /// What a reader is told before the code: formulas, sizes, operation counts.
     pub fn summary(&self) -> Vec<String> {
         let mut lines = self.formulas.clone();
         let count = self.schedule.operations();
         let freedoms = self.schedule.signature.freedoms();
-        let lengths = self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature));
-        let outputs: usize = lengths.sum();
+        let (outputs, nonzero) = match &self.packing {
+            Some(packing) => (packing.places().count(), packing.places().filter(|place| *place != 0).count()),
+            None => {
+                let lengths = self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature));
+                (lengths.sum(), self.schedule.nonzero)
+            }
+        };
         lines.push(format!(
             "{} operations: {} add, {} mul, {} div, {} sqrt, {} call; {} negations.",
             count.total(),
@@ -75,8 +103,11 @@ impl Kernel {
         ));
         lines.push(format!(
             "{freedoms} degrees of freedom; of {outputs} outputs {} are not zero, {} of these distinct up to sign.",
-            self.schedule.nonzero, self.schedule.distinct
+            nonzero, self.schedule.distinct
         ));
+        if self.lanes > 1 {
+            lines.push(format!("{} instances at once; operations are those of one.", self.lanes));
+        }
         lines
     }
 

@@ -21,6 +21,7 @@ pub mod formula;
 pub mod identifiers;
 pub mod identities;
 pub mod kernel;
+pub mod layouts;
 pub mod library;
 pub mod number;
 pub mod ops;
@@ -41,6 +42,7 @@ pub mod verify;
 
 pub use build::Build;
 pub use kernel::{Precision, Target};
+pub use layouts::Layout;
 pub use library::{Compiled, Options, compile};
 pub use outputs::Part;
 pub use plan::{Effort, Mode, Plan};

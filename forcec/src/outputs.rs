@@ -3,7 +3,7 @@
 //! A result is a row: its name in the source and in the output struct, what it is, and what its rows and columns count.
 //! Kernels compute any choice of them, in the order of the table.
 
-use crate::bodies::Signature;
+use crate::bodies::{Domain, Parameter, ParameterType, Signature};
 use std::fmt;
 use std::ops::Range;
 
@@ -22,6 +22,16 @@ pub enum Part {
     Dfdx,
     /// ∂F/∂V
     Dfdv,
+    /// h (F + h ∂F/∂X V)
+    Impulse,
+    /// h ∂F/∂V + h² ∂F/∂X
+    Matrix,
+    /// ∂F/∂X p
+    DfdxProduct,
+    /// ∂F/∂V p
+    DfdvProduct,
+    /// The distinct entries of other results
+    Entries,
 }
 
 /// What the rows or columns of a result count.
@@ -31,6 +41,31 @@ pub enum Axis {
     Row,
     /// Coordinates of the bodies that move.
     Coordinate,
+    /// Entries of a list that tables refer to.
+    Entry,
+}
+
+/// What a kernel takes beside bodies and parameters, for some of its results.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Extra {
+    /// h
+    Step,
+    /// p
+    Direction,
+}
+
+impl Extra {
+    /// As an argument of kernels with this signature.
+    pub fn parameter(self, signature: &Signature) -> Parameter {
+        let (name, ty) = match self {
+            Extra::Step => ("step", ParameterType::Real),
+            Extra::Direction => {
+                let real = Box::new(ParameterType::Real);
+                ("direction", ParameterType::Array(signature.freedoms() as u32, real))
+            }
+        };
+        Parameter { name: name.to_owned(), ty, domain: Domain::Any, value: None }
+    }
 }
 
 /// What is known of a result.
@@ -46,18 +81,21 @@ pub struct PartRow {
     pub rows: Axis,
     /// What its columns count; `None` for a list.
     pub columns: Option<Axis>,
+    /// What else it is made of.
+    pub extra: Option<Extra>,
     /// What it is, for the generated documentation.
     pub summary: &'static str,
 }
 
 /// Every result, in the order in which they are stored.
-pub static PARTS: [PartRow; 6] = [
+pub static PARTS: [PartRow; 11] = [
     PartRow {
         part: Part::Value,
         name: "value",
         title: "C",
         rows: Axis::Row,
         columns: None,
+        extra: None,
         summary: "the rows of the constraint, or the energy",
     },
     PartRow {
@@ -66,6 +104,7 @@ pub static PARTS: [PartRow; 6] = [
         title: "dC/dt",
         rows: Axis::Row,
         columns: None,
+        extra: None,
         summary: "the rate of `value`",
     },
     PartRow {
@@ -74,6 +113,7 @@ pub static PARTS: [PartRow; 6] = [
         title: "J",
         rows: Axis::Row,
         columns: Some(Axis::Coordinate),
+        extra: None,
         summary: "`jacobian[i][j]` is the derivative of `value[i]` along pose coordinate j",
     },
     PartRow {
@@ -82,6 +122,7 @@ pub static PARTS: [PartRow; 6] = [
         title: "F",
         rows: Axis::Coordinate,
         columns: None,
+        extra: None,
         summary: "generalised force F, in argument order",
     },
     PartRow {
@@ -90,6 +131,7 @@ pub static PARTS: [PartRow; 6] = [
         title: "dF/dX",
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
+        extra: None,
         summary: "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j",
     },
     PartRow {
@@ -98,7 +140,53 @@ pub static PARTS: [PartRow; 6] = [
         title: "dF/dV",
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
+        extra: None,
         summary: "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j",
+    },
+    PartRow {
+        part: Part::Impulse,
+        name: "impulse",
+        title: "h (F + h dF/dX V)",
+        rows: Axis::Coordinate,
+        columns: None,
+        extra: Some(Extra::Step),
+        summary: "h (F + h dF/dX V), with h the `step`, in argument order",
+    },
+    PartRow {
+        part: Part::Matrix,
+        name: "matrix",
+        title: "h dF/dV + h^2 dF/dX",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        extra: Some(Extra::Step),
+        summary: "h dF/dV + h^2 dF/dX, with h the `step`",
+    },
+    PartRow {
+        part: Part::DfdxProduct,
+        name: "dfdx_product",
+        title: "dF/dX p",
+        rows: Axis::Coordinate,
+        columns: None,
+        extra: Some(Extra::Direction),
+        summary: "dF/dX times the `direction`",
+    },
+    PartRow {
+        part: Part::DfdvProduct,
+        name: "dfdv_product",
+        title: "dF/dV p",
+        rows: Axis::Coordinate,
+        columns: None,
+        extra: Some(Extra::Direction),
+        summary: "dF/dV times the `direction`",
+    },
+    PartRow {
+        part: Part::Entries,
+        name: "entries",
+        title: "entries",
+        rows: Axis::Entry,
+        columns: None,
+        extra: None,
+        summary: "each distinct entry of the results that is not zero, once",
     },
 ];
 
@@ -107,12 +195,14 @@ impl Part {
     pub const DEFAULT: [Part; 3] = [Part::Force, Part::Dfdx, Part::Dfdv];
 
     /// What may be asked for, and what it stands for: `value` is C with its rate.
-    pub const CHOICES: [(&'static str, &'static [Part]); 5] = [
+    pub const CHOICES: [(&'static str, &'static [Part]); 7] = [
         ("value", &[Part::Value, Part::Rate]),
         ("jacobian", &[Part::Jacobian]),
         ("force", &[Part::Force]),
         ("dfdx", &[Part::Dfdx]),
         ("dfdv", &[Part::Dfdv]),
+        ("dfdx_product", &[Part::DfdxProduct]),
+        ("dfdv_product", &[Part::DfdvProduct]),
     ];
 
     /// The results that were asked for by name, in the order of the table; or the first name that is none.
@@ -123,6 +213,14 @@ impl Part {
             parts.extend_from_slice(found);
         }
         Ok(Part::in_order(parts))
+    }
+
+    /// What these results take beside bodies and parameters.
+    pub fn extras(parts: &[Part]) -> Vec<Extra> {
+        let mut extras: Vec<Extra> = parts.iter().filter_map(|part| part.row().extra).collect();
+        extras.sort_unstable();
+        extras.dedup();
+        extras
     }
 
     /// The same results in the order of the table, each once.
@@ -152,6 +250,7 @@ impl Part {
         let length = |axis: Axis| match axis {
             Axis::Row => signature.rows,
             Axis::Coordinate => signature.freedoms(),
+            Axis::Entry => signature.packed,
         };
         (length(self.row().rows), self.row().columns.map_or(1, length))
     }
@@ -204,7 +303,7 @@ impl Output {
 pub fn span(axis: Axis, range: &Range<usize>, signature: &Signature) -> String {
     let coordinates = signature.coordinate_names();
     let label = |index: usize| match axis {
-        Axis::Row => index.to_string(),
+        Axis::Row | Axis::Entry => index.to_string(),
         Axis::Coordinate => coordinates[index].clone(),
     };
     match range.len() {

@@ -51,7 +51,8 @@ impl Specialization {
     /// What stands behind the name of a kernel: `_fixed_b`, `_set_damping`.
     pub fn suffix(&self, signature: &Signature) -> String {
         let fixed = signature.bodies.iter().filter(|body| body.fixed).map(|body| &body.name);
-        let set = signature.parameters.iter().filter(|p| p.value.is_some()).map(|p| &p.name);
+        let set = signature.parameters.iter().chain(&signature.extras);
+        let set = set.filter(|p| p.value.is_some()).map(|p| &p.name);
         let mut suffix = String::new();
         for (label, names) in [("_fixed", fixed.collect::<Vec<_>>()), ("_set", set.collect())] {
             if !names.is_empty() {
@@ -67,7 +68,7 @@ impl Specialization {
 pub fn remarks(signature: &Signature) -> Vec<String> {
     let fixed = signature.bodies.iter().filter(|body| body.fixed);
     let mut lines: Vec<String> = fixed.map(|body| format!("{} is fixed", body.name)).collect();
-    for parameter in &signature.parameters {
+    for parameter in signature.parameters.iter().chain(&signature.extras) {
         let Some(value) = &parameter.value else { continue };
         let numbers: Vec<String> = value.iter().map(|number| number.to_f64().to_string()).collect();
         lines.push(match numbers.as_slice() {

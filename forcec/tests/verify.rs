@@ -35,6 +35,7 @@ impl Sample {
             bodies: names.into_iter().zip(&self.bodies).map(body).collect(),
             parameters: self.parameters.iter().map(parameter).collect(),
             rows: 0,
+            ..Signature::default()
         }
     }
 

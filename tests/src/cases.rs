@@ -214,7 +214,7 @@ fn given(signature: &Signature, inputs: &[f64]) -> Vec<f64> {
     let fields = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
     let (bodies, mut rest) = inputs.split_at(fields.map(|field| field.length as usize).sum());
     let mut given = bodies.to_vec();
-    for parameter in &signature.parameters {
+    for parameter in signature.parameters.iter().chain(&signature.extras) {
         let (entries, others) = rest.split_at(parameter.ty.length() as usize);
         given.extend(entries.iter().filter(|_| parameter.value.is_none()));
         rest = others;

@@ -9,6 +9,7 @@ pub mod driver;
 use forcec::bodies::{Role, Signature, Slot};
 use forcec::compile::{Compiled, Request, compile};
 use forcec::kernel::{File, Precision};
+use forcec::layouts::{LANES, LAYOUTS, Layout};
 use forcec::outputs::Part;
 use forcec::span::Source;
 use forcec::{Plan, Specialization};
@@ -83,16 +84,23 @@ pub fn special() -> Vec<ForceFile> {
         ("solids", Request { outputs: values, ..Request::default() }),
         ("contacts", Request { outputs: vec![Part::Force], ..Request::default() }),
     ];
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints");
-    let mut files = Vec::new();
-    for (stem, request) in requests {
-        let path = folder.join(format!("{stem}.rs"));
-        let text = std::fs::read_to_string(&path).expect("a force file can be read");
-        let compiled = compile(&Source::new(format!("{stem}.rs"), text), &|_| true, request);
-        let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
-        files.push(ForceFile { stem: stem.to_owned(), compiled });
-    }
-    files
+    requests.map(|(stem, request)| requested(stem, request)).into()
+}
+
+/// A file of the library in every layout, for one instance and for several.
+pub fn laid_out(stem: &str) -> Vec<ForceFile> {
+    let ways = LAYOUTS.iter().flat_map(|row| LANES.map(|lanes| (row.layout, lanes)));
+    let ways = ways.filter(|way| *way != (Layout::Dense, 1));
+    ways.map(|(layout, lanes)| requested(stem, Request { layout, lanes, ..Request::default() })).collect()
+}
+
+/// A file of the library as it is asked for.
+fn requested(stem: &str, request: Request) -> ForceFile {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
+    let text = std::fs::read_to_string(&path).expect("a force file can be read");
+    let compiled = compile(&Source::new(format!("{stem}.rs"), text), &|_| true, request);
+    let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
+    ForceFile { stem: stem.to_owned(), compiled }
 }
 
 /// Compiles a text that is right.

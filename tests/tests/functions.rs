@@ -175,6 +175,7 @@ fn kernels() -> Vec<(Function, Kernel)> {
             bodies: vec![Body { name: "p".to_owned(), kind: BodyKind::PARTICLE, fixed: false }],
             parameters: (0..2).map(parameter).collect(),
             rows: 0,
+            ..Signature::default()
         };
         let mut graph = Graph::default();
         let zero = graph.zero();
@@ -185,7 +186,7 @@ fn kernels() -> Vec<(Function, Kernel)> {
         let order = function.order().map(|n| n.to_string()).unwrap_or_default();
         let name = format!("f_{}{order}", row.name.to_lowercase());
         let schedule = schedule(&program, Style::default());
-        (function, Kernel { name, docs: vec!["One function.".to_owned()], formulas: vec![], schedule })
+        (function, Kernel::dense(name, vec!["One function.".to_owned()], vec![], schedule))
     };
     Function::ALL.into_iter().map(kernel).collect()
 }

@@ -1,7 +1,7 @@
 //! What every stage makes of small force files, as snapshots.
 //!
 //! An input is a file `tests/golden/NAME.rs` that shows one behaviour; its first line says which stages are worth a
-//! look: `// stages: graph, derivative, c`. The name of a pass of the optimiser stands for the scalar graph after it.
+//! look: `// stages: graph, derivative, c`, its second may name a layout. The name of a pass of the optimiser stands for the scalar graph after it.
 //! Adding a case is adding a file. After a change that is meant:
 //!
 //! ```text
@@ -10,13 +10,13 @@
 //!
 //! and read the difference. Without the variable nothing is ever written (`.cargo/config.toml`), and what differs fails.
 
-use forcec::Plan;
-use forcec::compile::{Compiled, Stages, compile};
+use forcec::compile::{Compiled, Request, Stages, compile};
 use forcec::derive::derive;
 use forcec::formula::Dialect;
 use forcec::kernel::{File, Precision, Target};
 use forcec::optimize::{LOWER, PASSES};
 use forcec::span::Source;
+use forcec::{Layout, Plan};
 use forcec::{targets, text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,18 @@ fn stem(path: &Path) -> String {
 fn compiled(path: &Path) -> Compiled {
     let name = path.file_name().unwrap().to_string_lossy();
     let source = Source::new(name, std::fs::read_to_string(path).unwrap());
-    compile(&source, &|_| true, forcec::Effort::Default).unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
+    let request = request(&source.text);
+    compile(&source, &|_| true, request).unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
+}
+
+/// What the second line of an input asks for, if it does: `// layout: packed, 4`, with a number of instances.
+fn request(text: &str) -> Request {
+    let line = text.lines().nth(1).and_then(|line| line.strip_prefix("// layout: "));
+    let Some((layout, lanes)) = line.and_then(|line| line.split_once(", ")) else {
+        return Request::default();
+    };
+    let layout = Layout::named(layout).expect("a layout");
+    Request { layout, lanes: lanes.parse().expect("a number of instances"), ..Request::default() }
 }
 
 /// The stages an input asks for in its first line.
@@ -80,7 +91,7 @@ fn stage(compiled: &Compiled, stem: &str, stage: &str) -> String {
             kernels: compiled.functions.iter().map(|function| function.kernel.clone()).collect(),
             precisions: vec![Precision::F64],
         };
-        let name = format!("{stem}.{ending}");
+        let name = format!("{}.{ending}", file.name());
         let file = targets::emit(&file, target).into_iter().find(|file| file.name == name);
         file.expect("the target writes it").text
     };

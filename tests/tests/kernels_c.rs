@@ -19,7 +19,7 @@ fn measure(file: &ForceFile, folder: &std::path::Path) -> Vec<(Precision, Miss)>
         std::fs::write(folder.join(generated.name), generated.text).unwrap();
     }
     std::fs::write(folder.join("driver.c"), driver::c(&printable, STATES)).unwrap();
-    let source = format!("{}.c", file.stem);
+    let source = format!("{}.c", printable.name());
     run(folder, "cc", &[&STRICT[..], &["-c", &source, "-o", "kernels.o"]].concat());
     run(folder, "cc", &["-std=c99", "-O1", "driver.c", "kernels.o", "-lm", "-o", "driver"]);
     compare(file, &folder.join("driver"), &PRECISIONS, Reference::Source)

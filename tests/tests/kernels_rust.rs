@@ -14,7 +14,7 @@ fn measure(file: &ForceFile, folder: &Path) -> Vec<(Precision, Miss)> {
     let generated = targets::emit(&printable, Target::Rust);
     let [generated] = generated.as_slice() else { panic!("Rust is one file") };
     std::fs::write(folder.join(&generated.name), &generated.text).unwrap();
-    lint(folder, &file.stem);
+    lint(folder, &printable.name());
     std::fs::write(folder.join("driver.rs"), driver::rust(&printable, STATES)).unwrap();
     run(folder, "rustc", &["--edition", "2024", "-C", "opt-level=1", "-A", "warnings", "driver.rs"]);
     compare(file, &folder.join("driver"), &PRECISIONS, Reference::Program)

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 17] = [
+const VOCABULARY: [&str; 18] = [
     "bodies",
     "definition",
     "diagnostic",
@@ -12,6 +12,7 @@ const VOCABULARY: [&str; 17] = [
     "exact",
     "identifiers",
     "identities",
+    "layouts",
     "number",
     "ops",
     "outputs",

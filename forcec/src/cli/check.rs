@@ -1,8 +1,11 @@
 //! `forcec check`: every kernel against the mathematics of its source.
 
 use super::{Failure, Input, Outcome, Progress, print};
+use crate::compile::Stages;
+use crate::layouts::Layout;
 use crate::outputs::Part;
-use crate::verify::{self, CheckOptions, Report, Subject};
+use crate::verify::probe::Probe;
+use crate::verify::{self, CheckOptions, Family, Report, Subject};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -33,7 +36,10 @@ impl Check {
                         let options = CheckOptions::default();
                         let whole = function.outputs() == Part::DEFAULT;
                         let check = if whole { verify::check } else { verify::check_chosen };
-                        let report = check(&subject, &options);
+                        let mut report = check(&subject, &options);
+                        let misplaced = misplaced(function, &subject);
+                        report.passed &= misplaced.is_none();
+                        report.problems.extend(misplaced);
                         progress.step(&function.kernel.name);
                         reports.lock().unwrap_or_else(PoisonError::into_inner).push((index, report));
                     }
@@ -47,4 +53,35 @@ impl Check {
         print(&if self.json { verify::json(&reports) } else { verify::table(&reports) })?;
         if reports.iter().all(|report| report.passed) { Ok(()) } else { Err(Failure::Check) }
     }
+}
+
+/// States at which places are compared.
+const STATES: usize = 8;
+
+/// What is wrong with the statements of a kernel that lays its results out otherwise: they must compute what the program
+/// does, which has been checked, and put it where it belongs.
+fn misplaced(function: &Stages, subject: &Subject) -> Option<String> {
+    /// Statements may round in another order than the program.
+    const SLACK: f64 = 4.0;
+    let kernel = &function.kernel;
+    if (kernel.layout, kernel.lanes) == (Layout::Dense, 1) {
+        return None;
+    }
+    let probe = Probe::new(subject);
+    for state in 0..STATES {
+        let inputs = probe.draw(Family::Random, 1, state);
+        let (expected, bounds) = (probe.program(&inputs), probe.bounds(&inputs));
+        let Some(found) = kernel.schedule.evaluate(&|slot| probe.input(&inputs, slot)) else {
+            return Some("an entry is never written".to_owned());
+        };
+        let list: Vec<f64> = found.iter().copied().collect();
+        let found = kernel.packing.as_ref().map_or(list.clone(), |packing| packing.unpack(&list, &0.0));
+        for (entry, ((x, y), bound)) in expected.iter().zip(&found).zip(bounds).enumerate() {
+            let apart = (x - y).abs();
+            if x.is_finite() && (apart.is_nan() || apart > SLACK * bound + f64::MIN_POSITIVE) {
+                return Some(format!("{} is {y:e} where it belongs, not {x:e}", probe.name(entry).1));
+            }
+        }
+    }
+    None
 }

@@ -8,6 +8,12 @@ use crate::syntax;
 impl Input {
     /// Reads, checks and compiles everything asked for. Warnings are printed, errors of all files collected.
     pub(super) fn compile(&self) -> Result<Vec<Unit>, Failure> {
+        if self.search.outputs.is_some() && self.search.layout.row().computes.is_some() {
+            let name = self.search.layout.row().name;
+            return Err(Failure::Input(format!(
+                "error: the layout `{name}` says itself what is computed\n  = help: leave `--outputs` out"
+            )));
+        }
         let found = files::read_all(&self.paths);
         let mut errors = found.errors;
         let progress = Progress::new(found.sources.len());

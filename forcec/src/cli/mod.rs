@@ -11,6 +11,7 @@ mod stats;
 use crate::compile::Request;
 use crate::exact::Exact;
 use crate::kernel::{Precision, Target};
+use crate::layouts::{LANES, Layout};
 use crate::optimize::{LOWER, PASSES};
 use crate::outputs::Part;
 use crate::plan::{Effort, Mode, Plan};
@@ -92,6 +93,12 @@ struct Search {
     /// What kernels compute, of value, jacobian, force, dfdx and dfdv; `value` is C, or E, and its rate
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', value_parser = output)]
     outputs: Option<Vec<&'static [Part]>>,
+    /// Where results stand: `dense`, `packed`, `system` or `product`
+    #[arg(long, value_parser = layout, default_value = "dense", value_name = "LAYOUT")]
+    layout: Layout,
+    /// How many instances a kernel computes at once, from structures of arrays
+    #[arg(long, value_parser = lanes, default_value = "1", value_name = "1|4|8")]
+    lanes: usize,
     /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
     #[arg(long, value_name = "BODY")]
     fixed: Vec<String>,
@@ -111,8 +118,19 @@ impl Search {
             Some(chosen) => Part::in_order(chosen.concat()),
             None => Part::DEFAULT.to_vec(),
         };
-        Request { plan, known, outputs }
+        Request { plan, known, outputs, layout: self.layout, lanes: self.lanes }
     }
+}
+
+/// The layout of this name.
+fn layout(name: &str) -> Result<Layout, String> {
+    Layout::named(name).ok_or_else(|| format!("the layouts are {}", Layout::names()))
+}
+
+/// So many lanes.
+fn lanes(text: &str) -> Result<usize, String> {
+    let found = LANES.iter().find(|lanes| lanes.to_string() == text);
+    found.copied().ok_or_else(|| format!("lanes are {LANES:?}"))
 }
 
 /// The mode of this name.

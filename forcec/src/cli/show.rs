@@ -4,6 +4,7 @@ use super::{Failure, Input, Outcome, Search, print};
 use crate::derive::derive;
 use crate::formula::Dialect;
 use crate::kernel::{Precision, Target};
+use crate::outputs::Part;
 use crate::targets::emit;
 use crate::text;
 use std::path::PathBuf;
@@ -51,7 +52,10 @@ impl Show {
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;
         let function = &unit.compiled.functions[0];
-        let derived = || derive(&function.definition, &function.outputs(), function.formulation);
+        // What a layout makes of F and its derivatives is made of these.
+        let whole = function.kernel.layout.row().computes.is_some();
+        let parts = if whole { Part::DEFAULT.to_vec() } else { function.outputs() };
+        let derived = || derive(&function.definition, &parts, function.formulation);
         let rendered = |target| {
             let files = emit(&unit.file(&[Precision::F64]), target);
             files

@@ -4,12 +4,14 @@
 //! derivative as a vector, for a vector a [`Matrix`]. A variable is a stored triple that moves by δ, a pinned
 //! difference taken as a whole, or an orientation that turns by δθ: D_θ (q·r) = −[q·r]×.
 
+use super::Combination;
 use super::gradient::gradient;
 use super::matrix::{self, Matrix};
-use crate::bodies::{Role, Slot};
+use crate::bodies::{Block, Role, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::vector::{Graph, Node, Real, Vector};
+use indexmap::IndexSet;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -23,7 +25,12 @@ pub enum Variable {
     Difference(Slot, Slot),
     /// An orientation.
     Rotation(Slot),
+    /// Pose and velocity together, as a step moves them: one of [`Lie::steps`].
+    Step(u16),
 }
+
+/// What moves along w with a step h: the pose by h w, the velocity by w.
+pub type StepMove = [Option<Variable>; 2];
 
 /// The derivative of one node.
 #[derive(Clone, Debug)]
@@ -48,7 +55,11 @@ pub struct Lie {
     /// Every variable.
     variables: Vec<Variable>,
     /// How many nodes may still be passed backward: beyond that rows are formed forward.
-    steps: usize,
+    backward: usize,
+    /// What pose and velocity move by together, and the step h of that.
+    pub steps: Vec<StepMove>,
+    /// h, if anything moves so.
+    pub step: Option<Real>,
 }
 
 /// How many nodes rows may be formed backward through: a chain of factors passes through each as often as it is long.
@@ -57,7 +68,7 @@ const BACKWARD_STEPS: usize = 20_000;
 impl Lie {
     /// No derivative taken yet.
     pub fn new(graph: Graph, frontier: BTreeSet<(Slot, Slot)>) -> Lie {
-        let steps = if graph.formulation.backward { BACKWARD_STEPS } else { 0 };
+        let backward = if graph.formulation.backward { BACKWARD_STEPS } else { 0 };
         let signature = &graph.signature;
         let mut variables: Vec<Variable> =
             frontier.iter().map(|(first, second)| Variable::Difference(*first, *second)).collect();
@@ -66,7 +77,8 @@ impl Lie {
                 .extend(signature.body_slot(block.body, block.role).map(|slot| variable(slot, block.role)));
         }
         variables.sort();
-        Lie { graph, frontier, memo: FxHashMap::default(), rows: FxHashMap::default(), variables, steps }
+        let (memo, rows) = (FxHashMap::default(), FxHashMap::default());
+        Lie { graph, frontier, memo, rows, variables, backward, steps: Vec::new(), step: None }
     }
 
     /// D of a real.
@@ -113,6 +125,26 @@ impl Lie {
 
     fn derive(&mut self, index: u32, variable: Variable) -> Derivative {
         let node = self.graph.node(index as usize).clone();
+        if let Variable::Step(step) = variable {
+            match node {
+                Node::Entry(_) | Node::TurnReal(_) => {
+                    let row = self.along_step(step, |lie, moved| lie.derive_real(index, &node, moved));
+                    return Derivative::Row(row);
+                }
+                Node::Triple(_) | Node::Difference(..) | Node::TurnVector(_) => {
+                    let [pose, velocity] = self.steps[step as usize];
+                    let mut parts = Vec::new();
+                    if let (Some(pose), Some(h)) = (pose, self.step) {
+                        let matrix = self.derive_vector(index, &node, pose);
+                        parts.push(matrix.scale(&mut self.graph, h));
+                    }
+                    parts.extend(velocity.map(|velocity| self.derive_vector(index, &node, velocity)));
+                    let parts: Vec<(Exact, &Matrix)> = parts.iter().map(|m| (Exact::ONE, m)).collect();
+                    return Derivative::Matrix(Rc::new(Matrix::sum(&mut self.graph, &parts)));
+                }
+                _ => {}
+            }
+        }
         match node {
             Node::Known(_) | Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_) => {
                 Derivative::None
@@ -130,6 +162,18 @@ impl Lie {
             | Node::Let(_) => Derivative::Row(self.derive_real(index, &node, variable)),
             _ => Derivative::Matrix(Rc::new(self.derive_vector(index, &node, variable))),
         }
+    }
+
+    /// A row along a step, from those along pose and velocity.
+    fn along_step(&mut self, step: u16, mut row: impl FnMut(&mut Lie, Variable) -> Vector) -> Vector {
+        let [pose, velocity] = self.steps[step as usize];
+        let mut rows = Vec::new();
+        if let (Some(pose), Some(h)) = (pose, self.step) {
+            let row = row(self, pose);
+            rows.push((Exact::ONE, self.graph.scale(h, row)));
+        }
+        rows.extend(velocity.map(|velocity| (Exact::ONE, row(self, velocity))));
+        self.graph.vector_sum(rows)
     }
 
     fn derive_real(&mut self, index: u32, node: &Node, variable: Variable) -> Vector {
@@ -287,9 +331,12 @@ impl Lie {
             Node::Rotate(quaternion, inverse, v) => {
                 let inner = self.matrix_of(*v, variable);
                 let inner = inner.rotate_left(&mut self.graph, *quaternion, *inverse);
-                if variable != Variable::Rotation(*quaternion) {
-                    return inner;
-                }
+                let turns = Variable::Rotation(*quaternion);
+                let step = match variable {
+                    Variable::Step(step) if self.steps[step as usize][0] == Some(turns) => self.step,
+                    _ if variable == turns => None,
+                    _ => return inner,
+                };
                 let g = &mut self.graph;
                 let turned = if *inverse {
                     // D (Rᵀ v) = Rᵀ [v]×
@@ -300,6 +347,7 @@ impl Lie {
                     let (zero, opposite) = (g.zero(), g.vector_neg(rotated));
                     Matrix::skew(g, zero, opposite)
                 };
+                let turned = step.map_or_else(|| turned.clone(), |h| turned.scale(g, h));
                 Matrix::sum(g, &[(Exact::ONE, &turned), (Exact::ONE, &inner)])
             }
             Node::TurnVector(turn) => {
@@ -338,20 +386,26 @@ impl Lie {
     /// The row of a factor of a vector.
     fn factor_row(&mut self, factor: Real, variable: Variable) -> Vector {
         if !self.rows.contains_key(&factor) {
-            if self.steps == 0 {
+            if self.backward == 0 {
                 return self.row_of(factor, variable);
             }
             let (one, variables) = (self.graph.one(), self.variables.clone());
             let rows = gradient(self, &[(factor, one)], &[], &variables);
             self.rows.insert(factor, rows);
         }
-        let row = self.rows[&factor].get(&variable).copied();
-        row.unwrap_or_else(|| self.graph.zero_vector())
+        let row = |lie: &mut Lie, variable: Variable| {
+            let row = lie.rows[&factor].get(&variable).copied();
+            row.unwrap_or_else(|| lie.graph.zero_vector())
+        };
+        match variable {
+            Variable::Step(step) => self.along_step(step, row),
+            _ => row(self, variable),
+        }
     }
 
     /// A node is passed backward.
     pub(super) fn step(&mut self) {
-        self.steps = self.steps.saturating_sub(1);
+        self.backward = self.backward.saturating_sub(1);
     }
 
     fn unit(&mut self, sign: Exact) -> Matrix {
@@ -363,6 +417,42 @@ impl Lie {
         let g = &mut self.graph;
         let outer = rows.iter().enumerate().map(|(axis, row)| (g.basis(axis as u8), *row)).collect();
         Matrix::outer(g, outer)
+    }
+
+    /// Pose and velocity of each block as one variable, of which δX = h w and δV = w.
+    pub fn step_with(
+        &mut self,
+        step: Option<Real>,
+        pose: &[(Block, Combination<Variable>)],
+        velocity: &[(Block, Combination<Variable>)],
+    ) -> Vec<(Block, Combination<Variable>)> {
+        let Some(h) = step else { return Vec::new() };
+        self.step = Some(h);
+        let mut known: IndexSet<StepMove> = IndexSet::new();
+        let mut together = Vec::new();
+        for ((block, poses), (_, velocities)) in pose.iter().zip(velocity) {
+            let same = poses.len() == velocities.len()
+                && poses.iter().zip(velocities).all(|((c, _), (d, _))| c == d);
+            let moves: Vec<(Exact, StepMove)> = if same {
+                let pairs = poses.iter().zip(velocities);
+                pairs.map(|((c, x), (_, v))| (c.clone(), [Some(*x), Some(*v)])).collect()
+            } else {
+                let poses = poses.iter().map(|(c, x)| (c.clone(), [Some(*x), None]));
+                poses.chain(velocities.iter().map(|(c, v)| (c.clone(), [None, Some(*v)]))).collect()
+            };
+            let mut variable =
+                |(c, moves): (Exact, StepMove)| (c, Variable::Step(known.insert_full(moves).0 as u16));
+            together.push((*block, moves.into_iter().map(&mut variable).collect()));
+        }
+        self.steps = known.into_iter().collect();
+        together
+    }
+
+    /// The steps in which the poses that these forces act on move; what moves otherwise is left out.
+    pub fn stepped(&self, pieces: &BTreeMap<Vector, Variable>) -> BTreeMap<Vector, Variable> {
+        let step = |pose: &Variable| self.steps.iter().position(|moves| moves[0] == Some(*pose));
+        let stepped = pieces.iter().filter_map(|(v, pose)| Some((*v, Variable::Step(step(pose)? as u16))));
+        stepped.collect()
     }
 
     /// The variable that moves a body's block, when it is moved directly.

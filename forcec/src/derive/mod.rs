@@ -15,11 +15,11 @@ pub mod rate;
 use crate::bodies::{Block, Role, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::exact::Exact;
-use crate::outputs::{Axis, Part};
+use crate::outputs::{Axis, Extra, Part};
 use crate::vector::{Formulation, Graph, Node, Real, Vector};
 use gradient::gradient;
 use lie::{Lie, Variable};
-use rate::Rates;
+use rate::{Motion, Rates};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Σ coefficient · item
@@ -41,13 +41,18 @@ pub struct Derived {
     pub pieces: BTreeMap<Vector, Variable>,
     /// The rows of C with their rates; of an energy itself, if that is wanted; empty for forces.
     pub rows: Vec<(Real, Real)>,
+    /// For each block what moves with it in a step: the pose by h w and the velocity by w.
+    pub steps: Vec<(Block, Combination<Variable>)>,
+    /// h F + h² ∂F/∂X V, ∂F/∂X p and ∂F/∂V p, if they are wanted, block by block.
+    pub along: BTreeMap<Part, Vec<(Block, Combination<Vector>)>>,
     /// How many nodes of the graph are what the author stated.
     pub stated: usize,
     /// What is to be computed, in the order of the table.
     pub wanted: Vec<Part>,
 }
 
-/// Derives forces from a definition, and what else is wanted; their derivatives are written in this formulation.
+/// Derives forces from a definition, and what else is wanted; their derivatives are written in this formulation. Where a
+/// step is wanted, the forces are impulses: F with the step h in its gains, in E or in what the author returned.
 pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation) -> Derived {
     let mut graph = definition.graph.clone();
     let stated = graph.len();
@@ -59,9 +64,11 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
     let mut vectors = Vec::new();
     let mut direct = BTreeMap::new();
     let mut symmetric = false;
+    let steps = wanted.iter().any(|part| part.row().extra == Some(Extra::Step));
+    let step = if steps { bodies.extra_slot("step", 0).map(|slot| graph.entry(slot)) } else { None };
     match &definition.law {
         Law::Constraint { rows: constraint, unilateral, per_row } => {
-            let gains = Gains { first: bodies.parameters.len() - 2, per_row: *per_row };
+            let gains = Gains { first: bodies.parameters.len() - 2, per_row: *per_row, step };
             let mut number = 0;
             for row in constraint {
                 let count = row.count();
@@ -109,7 +116,7 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         }
         Law::Energy(energy) => {
             let opposite = graph.constant(-Exact::ONE);
-            reals.push((*energy, opposite));
+            reals.push((*energy, step.map_or(opposite, |h| graph.neg(h))));
             if wanted.iter().any(|part| part.row().rows == Axis::Row) {
                 let rate = Rates::new(&mut graph).real(*energy);
                 rows.push((*energy, rate));
@@ -119,9 +126,10 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         Law::Force(forces) => {
             for (body, force) in forces.iter().enumerate() {
                 let body = body as u16;
-                direct.insert(Block { body, role: Role::Position }, force.force);
+                let mut scaled = |v: Vector| step.map_or(v, |h| graph.scale(h, v));
+                direct.insert(Block { body, role: Role::Position }, scaled(force.force));
                 if let Some(torque) = force.torque {
-                    direct.insert(Block { body, role: Role::Orientation }, torque);
+                    direct.insert(Block { body, role: Role::Orientation }, scaled(torque));
                 }
             }
         }
@@ -139,7 +147,7 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
     let pose = columns(&lie, &bodies.pose_blocks());
     let velocity = columns(&lie, &bodies.velocity_blocks());
     let mut pieces = BTreeMap::new();
-    let forces = if direct.is_empty() {
+    let forces: Vec<(Block, Combination<Vector>)> = if direct.is_empty() {
         let mut variables: Vec<Variable> = pose.iter().flat_map(|(_, c)| c.iter().map(|(_, v)| *v)).collect();
         variables.sort();
         variables.dedup();
@@ -153,8 +161,44 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         let blocks = bodies.pose_blocks().into_iter();
         blocks.map(|block| (block, vec![(Exact::ONE, direct[&block])])).collect()
     };
+    let steps = lie.step_with(step, &pose, &velocity);
+    let along = along(&mut lie, wanted, &forces, step);
     let wanted = wanted.to_vec();
-    Derived { lie, forces, pose, velocity, symmetric, pieces, rows, wanted, stated }
+    Derived { lie, forces, pose, velocity, steps, along, symmetric, pieces, rows, wanted, stated }
+}
+
+/// The derivatives of the forces along one direction that are wanted, without the matrix.
+fn along(
+    lie: &mut Lie,
+    wanted: &[Part],
+    forces: &[(Block, Combination<Vector>)],
+    step: Option<Real>,
+) -> BTreeMap<Part, Vec<(Block, Combination<Vector>)>> {
+    let mut found = BTreeMap::new();
+    for &part in wanted {
+        let direction = lie.graph.signature.extra_slot("direction", 0);
+        let motion = match (part, direction) {
+            (Part::Impulse, _) => Motion::Velocities,
+            (Part::DfdxProduct, Some(direction)) => Motion::Pose(direction),
+            (Part::DfdvProduct, Some(direction)) => Motion::Velocity(direction),
+            _ => continue,
+        };
+        let mut rates = Rates::along(&mut lie.graph, motion);
+        let mut rate = |(c, v): &(Exact, Vector)| (c.clone(), *v, rates.vector(*v));
+        let pairs: Vec<Vec<(Exact, Vector, Vector)>> =
+            forces.iter().map(|(_, pieces)| pieces.iter().map(&mut rate).collect()).collect();
+        let mut value = |(c, force, rate): (Exact, Vector, Vector)| match (part, step) {
+            (Part::Impulse, Some(h)) => {
+                let change = lie.graph.scale(h, rate);
+                (c, lie.graph.vector_add(force, change))
+            }
+            _ => (c, rate),
+        };
+        let blocks = forces.iter().map(|(block, _)| *block).zip(pairs);
+        let blocks = blocks.map(|(block, pieces)| (block, pieces.into_iter().map(&mut value).collect()));
+        found.insert(part, blocks.collect());
+    }
+    found
 }
 
 /// A force, named after what it acts on.
@@ -165,6 +209,7 @@ fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
         Variable::Triple(slot) => format!("force_{}", body(slot)),
         Variable::Difference(first, second) => format!("force_{}_{}", body(first), body(second)),
         Variable::Rotation(slot) => format!("torque_{}", body(slot)),
+        Variable::Step(_) => unreachable!("a force acts on a pose"),
     };
     lie.graph.let_vector(&name, force)
 }
@@ -173,13 +218,19 @@ fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
 struct Gains {
     first: usize,
     per_row: bool,
+    /// What both are multiplied by, if anything.
+    step: Option<Real>,
 }
 
 impl Gains {
     fn gain(&self, g: &mut Graph, which: usize, row: usize) -> Real {
         let offset = if self.per_row { row as u32 } else { 0 };
         let slot = g.signature.parameter_slot(self.first + which, offset);
-        g.entry(slot)
+        let gain = g.entry(slot);
+        let Some(h) = self.step else { return gain };
+        let scaled = g.mul(h, gain);
+        let row = if self.per_row { format!("_{row}") } else { String::new() };
+        g.let_real(&format!("step_{}{row}", ["stiffness", "damping"][which]), scaled)
     }
 
     fn scale(&self, g: &mut Graph, which: usize, row: usize, v: Vector) -> Vector {

@@ -1,6 +1,7 @@
-//! The rate of change of a real or a vector as the bodies move with their velocities: Ċ = J V, forward.
+//! The rate of change of a real or a vector as the bodies move with their velocities, Ċ = J V, or along a direction, forward.
 //!
-//! In: nodes that read the pose. Out: nodes that read pose and velocity. The rate of a let is a let: `d` has `d_dot`.
+//! In: nodes that read pose and velocity. Out: nodes that also read what they move with. The rate of a let is a let:
+//! `d` has `d_dot`.
 
 use super::lie::{Turned, Variable, partial_of_call, partial_of_product};
 use crate::bodies::{Role, Slot};
@@ -10,9 +11,21 @@ use crate::vector::{Graph, Node, Real, Vector};
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 
+/// What moves, and how.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Motion {
+    /// The pose, with the velocities; these stay as they are.
+    Velocities,
+    /// The pose, along a direction given as an argument that begins there.
+    Pose(Slot),
+    /// The velocities, likewise.
+    Velocity(Slot),
+}
+
 /// A graph with the rates taken so far.
 pub struct Rates<'g> {
     graph: &'g mut Graph,
+    motion: Motion,
     memo: FxHashMap<u32, Rate>,
 }
 
@@ -24,9 +37,14 @@ enum Rate {
 }
 
 impl Rates<'_> {
-    /// No rate taken yet.
+    /// No rate taken yet; the bodies move with their velocities.
     pub fn new(graph: &mut Graph) -> Rates<'_> {
-        Rates { graph, memo: FxHashMap::default() }
+        Rates::along(graph, Motion::Velocities)
+    }
+
+    /// No rate taken yet.
+    pub fn along(graph: &mut Graph, motion: Motion) -> Rates<'_> {
+        Rates { graph, motion, memo: FxHashMap::default() }
     }
 
     /// dx/dt
@@ -215,15 +233,38 @@ impl Rates<'_> {
     }
 
     fn rate_name(&self, index: u32) -> String {
-        format!("{}_dot", self.graph.name(index as usize).unwrap_or("rate"))
+        let name = self.graph.name(index as usize).unwrap_or("rate");
+        match self.motion {
+            Motion::Velocities => format!("{name}_dot"),
+            Motion::Pose(_) => format!("{name}_dx"),
+            Motion::Velocity(_) => format!("{name}_dv"),
+        }
     }
 
-    /// The slot of the velocity that moves a position.
+    /// What moves a position, a velocity or an angular velocity, as an entry of an argument.
     fn velocity(&self, slot: Slot) -> Option<Slot> {
-        match self.graph.signature.role(slot) {
-            Some(Role::Position) => self.graph.signature.body_slot(slot.argument, Role::Velocity),
-            _ => None,
+        match self.graph.signature.role(slot)? {
+            Role::Orientation => None,
+            role => self.moves(slot, role),
         }
+    }
+
+    /// What moves a field of a body.
+    fn moves(&self, slot: Slot, role: Role) -> Option<Slot> {
+        let signature = &self.graph.signature;
+        let (blocks, direction) = match (self.motion, role) {
+            (Motion::Velocities, Role::Position) => {
+                return signature.body_slot(slot.argument, Role::Velocity);
+            }
+            (Motion::Velocities, Role::Orientation) => {
+                return signature.body_slot(slot.argument, Role::AngularVelocity);
+            }
+            (Motion::Velocities, _) => return None,
+            (Motion::Pose(direction), _) => (signature.pose_blocks(), direction),
+            (Motion::Velocity(direction), _) => (signature.velocity_blocks(), direction),
+        };
+        let place = blocks.iter().position(|block| block.body == slot.argument && block.role == role)?;
+        Some(Slot { offset: direction.offset + 3 * place as u32, ..direction })
     }
 
     /// The angular velocity that turns an orientation.
@@ -231,7 +272,7 @@ impl Rates<'_> {
         if self.graph.signature.role(slot) != Some(Role::Orientation) {
             return None;
         }
-        let slot = self.graph.signature.body_slot(slot.argument, Role::AngularVelocity)?;
+        let slot = self.moves(slot, Role::Orientation)?;
         Some(self.graph.triple(slot))
     }
 

@@ -33,6 +33,8 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
         shared,
     };
     let mirrored = if derived.symmetric { Some(&derived.pieces) } else { None };
+    // The same where poses move in steps.
+    let stepped = mirrored.map(|pieces| lowering.lie.stepped(pieces));
     let lost =
         if residual { lowering.residual(&derived.rows, &derived.forces, derived.stated) } else { vec![] };
     let mut arrays = Vec::new();
@@ -44,6 +46,9 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
             Part::Force => lowering.forces(&derived.forces),
             Part::Dfdx => lowering.blocks(&derived.forces, &derived.pose, mirrored),
             Part::Dfdv => lowering.blocks(&derived.forces, &derived.velocity, None),
+            Part::Matrix => lowering.blocks(&derived.forces, &derived.steps, stepped.as_ref()),
+            Part::Impulse | Part::DfdxProduct | Part::DfdvProduct => lowering.forces(&derived.along[&part]),
+            Part::Entries => unreachable!("entries are packed after optimising"),
         };
         arrays.push(Array::new(part, &signature, entries));
     }

@@ -6,7 +6,7 @@
 //! are there, side by side, so that compilers make wide stores of them and wide loads in the loops; the zeros among them
 //! come right before.
 
-use crate::bodies::Signature;
+use crate::bodies::{ParameterType, Signature};
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::schedule::cut::{self, Room};
@@ -25,8 +25,9 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
     let nonzero = distinct.len();
     distinct.sort_unstable();
     distinct.dedup();
-    let rows = rows::find(&mut items, signature, !style.strict);
-    let own_line = own_line(signature, &items, &rows);
+    let single = style.single;
+    let rows = if single { Rows::default() } else { rows::find(&mut items, signature, !style.strict) };
+    let own_line = own_line(signature, &items, &rows, single);
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
     let told = names::assign(signature, &items, &own_line, &flipped, &mut taken);
@@ -41,6 +42,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         signature,
         items: &items,
         rows: &rows,
+        single,
         own_line,
         flipped,
         told,
@@ -67,7 +69,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
 }
 
 /// Which items are written on a line of their own: what is used twice or named, and what no line can hold.
-fn own_line(signature: &Signature, items: &Items, rows: &Rows) -> Vec<bool> {
+fn own_line(signature: &Signature, items: &Items, rows: &Rows, single: bool) -> Vec<bool> {
     let mut own: Vec<bool> = items.items.iter().zip(&items.uses).map(|(_, uses)| *uses > 1).collect();
     for (own, source) in own.iter_mut().zip(&items.sources) {
         *own |= source.is_some();
@@ -77,7 +79,10 @@ fn own_line(signature: &Signature, items: &Items, rows: &Rows) -> Vec<bool> {
             Item::Select(..) | Item::Difference(..) => own[index] = true,
             Item::Input(slot) => {
                 let long = cut::input_width(signature, *slot) > cut::LONG_INPUT;
-                own[index] |= long || signature.known(*slot).is_some();
+                own[index] |= long || single || signature.known(*slot).is_some();
+                // What is an argument by itself has a name already.
+                let lone = signature.parameter(*slot).is_some_and(|p| p.ty == ParameterType::Real);
+                own[index] &= !(lone && signature.extra(*slot).is_some() && signature.known(*slot).is_none());
             }
             // No logic within logic: every language and every linter reads that alike.
             Item::And(a, b) | Item::Or(a, b) => [*a, *b].into_iter().for_each(|x| own[x as usize] = true),
@@ -148,6 +153,8 @@ pub(super) struct Builder<'a> {
     pub(super) signature: &'a Signature,
     items: &'a Items,
     rows: &'a Rows,
+    /// Whether the statements stand in a loop over instances.
+    pub(super) single: bool,
     own_line: Vec<bool>,
     /// Whether the name of an item stands for its negative.
     flipped: Vec<bool>,
@@ -189,7 +196,7 @@ impl Builder<'_> {
             });
         }
         if let Some(holds) = holds {
-            let holds = self.fit(holds, Room::STORE);
+            let holds = self.fit_statement(holds, Room::STORE);
             self.statements.push(Statement::Leave(holds));
         }
     }
@@ -293,7 +300,7 @@ impl Builder<'_> {
         }
         let value = self.signed(edge);
         self.family = Family::Output(output);
-        let value = self.fit(value, Room::STORE);
+        let value = self.fit_statement(value, Room::STORE);
         self.statements.push(Statement::Store(output, value));
     }
 
@@ -331,12 +338,12 @@ impl Builder<'_> {
         self.family = family;
         let value = self.expression(&self.items.items[item as usize]);
         if !self.own_line[item as usize] {
-            let value = self.fit(value, Room::INLINE);
+            let value = self.fit_statement(value, Room::INLINE);
             self.values[item as usize] = Some(value);
             return;
         }
         let value = if self.flipped[item as usize] { negate(value) } else { value };
-        let value = self.fit(value, Room::DEFINITION);
+        let value = self.fit_statement(value, Room::DEFINITION);
         let name = match &self.told[item as usize] {
             Some(name) => name.clone(),
             None => self.numbered(),

@@ -47,6 +47,13 @@ impl Room {
     /// The right side of a definition: three products of two names, and a root of them.
     pub(super) const DEFINITION: Room = Room { width: 75, written: LINE, operations: 9 };
 
+    /// The same for statements in a loop.
+    fn in_loop(self) -> Room {
+        /// The indentation, and what more parentheses may take.
+        const INDENT: usize = 6;
+        Room { width: self.width - INDENT, written: self.written - INDENT, ..self }
+    }
+
     fn holds(self, size: Size) -> bool {
         size.width <= self.width && size.written <= self.written && size.operations <= self.operations
     }
@@ -153,8 +160,13 @@ impl Builder<'_> {
         measure(self.signature, &self.variables, expression)
     }
 
+    /// The tree of a statement, with what has no room in it on lines of its own.
+    pub(super) fn fit_statement(&mut self, value: Expression, room: Room) -> Expression {
+        self.fit(value, if self.single { room.in_loop() } else { room })
+    }
+
     /// The tree, with what has no room in it on lines of its own.
-    pub(super) fn fit(&mut self, value: Expression, room: Room) -> Expression {
+    fn fit(&mut self, value: Expression, room: Room) -> Expression {
         match value {
             Expression::Call(function, arguments) => self.fit_call(function, arguments, room),
             // A fused multiplication is a call as well, and no wider than one.
@@ -269,7 +281,7 @@ impl Builder<'_> {
                 return signs.into_iter().zip(self.cut_greatest(trees, room, 1)).collect();
             }
             // Two neighbours must fit on one line.
-            let line = Room::DEFINITION;
+            let line = if self.single { Room::DEFINITION.in_loop() } else { Room::DEFINITION };
             let wide = |size: &Size| {
                 size.operations > 0
                     && (2 * size.width + 3 > line.width || 2 * size.written + 3 > line.written)

@@ -249,6 +249,8 @@ pub struct Style {
     pub strict: bool,
     /// A product that only a sum reads is added to it by a fused multiplication.
     pub fma: bool,
+    /// Every entry is stored for itself: no row is written by a loop.
+    pub single: bool,
 }
 
 /// The statements that compute a program's outputs.
@@ -258,7 +260,7 @@ pub fn schedule(program: &Program, style: Style) -> Schedule {
         let guards = if guards { guards::guards(&mut items) } else { Vec::new() };
         (build::build(&program.signature, items, &guards, style), !guards.is_empty())
     };
-    let (schedule, leaves) = build(true);
+    let (schedule, leaves) = build(!style.single);
     // A part of a long kernel cannot leave it.
     if leaves && schedule.sections().len() > 1 { build(false).0 } else { schedule }
 }

@@ -54,8 +54,9 @@ pub(super) struct Taken {
 impl Taken {
     /// The names of the bodies, and of what counts in loops.
     pub(super) fn by(signature: &Signature) -> Taken {
-        let bodies = Target::ALL.into_iter().flat_map(|target| Arguments::new(signature, target).bodies);
-        let names = bodies.chain(["i", "j", "column"].map(str::to_owned)).collect();
+        let arguments = Target::ALL.into_iter().map(|target| Arguments::new(signature, target));
+        let arguments = arguments.flat_map(|arguments| arguments.bodies.into_iter().chain(arguments.extras));
+        let names = arguments.chain(["i", "j", "column", "lane"].map(str::to_owned)).collect();
         Taken { names, next: FxHashMap::default() }
     }
 

@@ -204,10 +204,11 @@ fn scaled(
     let multiple = |entries: &[(Vec<ItemId>, bool)]| {
         let factor = without(&entries[0].0, &columns[0].0)?;
         let negative = entries[0].1 != columns[0].1;
-        let same = |(entry, column): (&(Vec<ItemId>, bool), &(Vec<ItemId>, bool))| {
+        let mut pairs = entries.iter().zip(&columns);
+        let same = pairs.all(|(entry, column)| {
             without(&entry.0, &column.0).as_ref() == Some(&factor) && entry.1 == (column.1 != negative)
-        };
-        entries.iter().zip(&columns).all(same).then_some((factor, negative))
+        });
+        same.then_some((factor, negative))
     };
     let found: Vec<_> = rows.iter().filter_map(|(row, entries)| Some((*row, multiple(entries)?))).collect();
     let mut replaced: Vec<ItemId> = found.iter().flat_map(|(row, _)| matrix[*row]).map(|x| x.item).collect();

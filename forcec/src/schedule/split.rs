@@ -87,7 +87,7 @@ impl Schedule {
                 Statement::Heading(part) => Some(*part),
                 _ => None,
             });
-            part = headings.last().unwrap_or(part);
+            part = headings.fold(part, |_, last| last);
         }
         sections
     }

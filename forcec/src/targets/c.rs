@@ -3,16 +3,19 @@
 //! In: a [`File`]. Out: text that compiles without a warning as C99, with headers that C++ reads too; its only
 //! dependency is `<math.h>`.
 
-use crate::bodies::{BODIES, ParameterType, Signature, Slot};
+use crate::bodies::{BODIES, Parameter, ParameterType, Signature, Slot};
 use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
+use crate::layouts::LANES;
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Variable};
 use crate::targets::routine::{Routine, Way, routine};
-use crate::targets::{body, decimal, field_summary, parameter_summary, reads, slot_path, template};
+use crate::targets::{
+    body, decimal, field_summary, lane, lane_loop, parameter_summary, reads, slot_path, template,
+};
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::slice::from_ref;
@@ -41,6 +44,16 @@ fn real(precision: Precision) -> &'static str {
     }
 }
 
+/// The extent of an array of so many instances.
+fn extent(lanes: usize) -> String {
+    if lanes > 1 { format!("[{lanes}]") } else { String::new() }
+}
+
+/// What stands behind the name of a body type of so many instances.
+fn several_suffix(lanes: usize) -> String {
+    if lanes > 1 { format!("x{lanes}") } else { String::new() }
+}
+
 /// `forcec.h`: bodies, constants and special functions, in both precisions.
 pub fn header_common() -> String {
     let mut text = String::from(
@@ -53,14 +66,16 @@ pub fn header_common() -> String {
         text.push_str(&format!("#define {name} {}\n", literal(&pi, precision)));
     }
     text.push_str(APART);
-    for precision in PRECISIONS {
+    for (lanes, precision) in LANES.into_iter().flat_map(|lanes| PRECISIONS.map(|p| (lanes, p))) {
         for row in &BODIES {
-            text.push_str(&format!("\n/* {} */\ntypedef struct {{\n", row.summary));
+            let several = if lanes > 1 { format!("{lanes} times: ") } else { String::new() };
+            text.push_str(&format!("\n/* {several}{} */\ntypedef struct {{\n", row.summary));
             for field in row.fields {
                 let (real, summary) = (real(precision), field_summary(field));
-                text.push_str(&format!("    {real} {}[{}]; /* {summary} */\n", field.name, field.length));
+                let (name, length, lanes) = (field.name, field.length, extent(lanes));
+                text.push_str(&format!("    {real} {name}[{length}]{lanes}; /* {summary} */\n"));
             }
-            text.push_str(&format!("}} {}_{precision};\n", row.c_name));
+            text.push_str(&format!("}} {}_{precision}{};\n", row.c_name, several_suffix(lanes)));
         }
     }
     for precision in PRECISIONS {
@@ -84,7 +99,7 @@ pub fn header_common() -> String {
 /// The definition of a special function.
 fn special(function: Function, routine: &Routine, precision: Precision) -> String {
     let empty = Signature::default();
-    let dialect = C::new(&empty, precision);
+    let dialect = C::new(&empty, precision, 1);
     let real = real(precision);
     let name = template(function.row().c, function, precision);
     let name = name.split('(').next().unwrap_or_default();
@@ -118,7 +133,8 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
 
 /// The header of a force file: parameter and output structs, and what to call.
 pub fn header(file: &File) -> String {
-    let guard: String = file.stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    let guard: String =
+        file.name().chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     let guard = format!("FORCEC_{}_H", guard.to_ascii_uppercase());
     let mut text = comment(&file_remark(file), "");
     text.push_str(&format!("#ifndef {guard}\n#define {guard}\n\n#include \"forcec.h\"\n\n"));
@@ -139,14 +155,14 @@ fn named(kernel: &Kernel, part: &str, precision: Precision) -> String {
 }
 
 fn declaration(kernel: &Kernel, precision: Precision) -> String {
-    let real = real(precision);
+    let (real, lanes) = (real(precision), extent(kernel.lanes));
     let signature = &kernel.schedule.signature;
     let mut text = String::new();
     if signature.has_given() {
         text.push_str("typedef struct {\n");
         let names = Arguments::new(signature, Target::C).parameters;
         for (index, parameter) in signature.given() {
-            let field = format!("{}{}", names[index], extents(&parameter.ty));
+            let field = format!("{}{}{lanes}", names[index], extents(&parameter.ty));
             text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
         }
         text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
@@ -156,29 +172,73 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
         let (rows, columns) = part.shape(signature);
         let extents = if part.is_list() { format!("[{rows}]") } else { format!("[{rows}][{columns}]") };
         let summary = part.row().summary.replace('`', "");
-        text.push_str(&format!("    {real} {part}{extents}; /* {summary} */\n"));
+        text.push_str(&format!("    {real} {part}{extents}{lanes}; /* {summary} */\n"));
     }
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
+    text.push_str(&tables(kernel, precision));
     text.push_str(&comment(&kernel.docs, ""));
-    text.push_str(&format!("{};\n", prototype(kernel, precision)));
+    text.push_str(&format!("{};\n", prototype(kernel, precision, false)));
     text
+}
+
+/// Where the results of a packed kernel stand.
+fn tables(kernel: &Kernel, precision: Precision) -> String {
+    let Some(packing) = &kernel.packing else { return String::new() };
+    let mut text = comment(
+        &[
+            "Where the entries of the full results stand: k > 0 is entries[k - 1], k < 0 is -entries[-k - 1],".to_owned(),
+            "0 is zero.".to_owned(),
+        ],
+        "",
+    );
+    for table in &packing.tables {
+        let name = named(kernel, &format!("_{}", table.part), precision);
+        let row = |row: &[i32]| row.iter().map(i32::to_string).collect::<Vec<_>>().join(", ");
+        let (rows, columns) = (table.entries.len() / table.columns.max(1), table.columns);
+        if table.part.is_list() {
+            text.push_str(&format!("static const int {name}[{rows}] = {{\n"));
+            table.entries.chunks(12).for_each(|line| text.push_str(&format!("    {},\n", row(line))));
+        } else {
+            text.push_str(&format!("static const int {name}[{rows}][{columns}] = {{\n"));
+            table.rows().for_each(|line| text.push_str(&format!("    {{ {} }},\n", row(line))));
+        }
+        text.push_str("};\n");
+    }
+    text + "\n"
 }
 
 fn extents(ty: &ParameterType) -> String {
     ty.extents().iter().map(|n| format!("[{n}]")).collect()
 }
 
-fn prototype(kernel: &Kernel, precision: Precision) -> String {
+/// The head of the function; in its definition the arguments of several instances are told not to overlap, which C++ has no
+/// word for.
+fn prototype(kernel: &Kernel, precision: Precision, defines: bool) -> String {
     let signature = &kernel.schedule.signature;
+    let several = several_suffix(kernel.lanes);
+    let star = if defines && kernel.lanes > 1 { "*restrict " } else { "*" };
     let mut arguments: Vec<String> = Vec::new();
     for (body, name) in signature.bodies.iter().zip(Arguments::new(signature, Target::C).bodies) {
-        arguments.push(format!("const {}_{precision} *{name}", body.kind.row().c_name));
+        arguments.push(format!("const {}_{precision}{several} {star}{name}", body.kind.row().c_name));
     }
     if signature.has_given() {
-        arguments.push(format!("const {} *params", named(kernel, "_params", precision)));
+        arguments.push(format!("const {} {star}params", named(kernel, "_params", precision)));
     }
-    arguments.push(format!("{} *out", named(kernel, "_out", precision)));
+    for (index, extra) in signature.given_extras() {
+        let name = &Arguments::new(signature, Target::C).extras[index];
+        arguments.push(extra_argument(extra, name, kernel.lanes, precision));
+    }
+    arguments.push(format!("{} {star}out", named(kernel, "_out", precision)));
     wrapped(&format!("void {}(", named(kernel, "", precision)), &arguments, ")")
+}
+
+/// The declaration of an extra argument; a lone one is the same for all instances.
+fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
+    let real = real(precision);
+    match extra.ty.extents().as_slice() {
+        [] => format!("{real} {name}"),
+        extents => format!("const {real} {name}[{}]{}", extents[0], extent(lanes)),
+    }
 }
 
 /// A list of arguments on lines of at most 100 columns.
@@ -204,7 +264,7 @@ fn wrapped(head: &str, arguments: &[String], end: &str) -> String {
 /// The source of a force file.
 pub fn source(file: &File) -> String {
     let mut text = comment(&[made(file)], "");
-    text.push_str(&format!("#include \"{}.h\"\n", file.stem));
+    text.push_str(&format!("#include \"{}.h\"\n", file.name()));
     for kernel in &file.kernels {
         for &precision in &file.precisions {
             text.push('\n');
@@ -223,20 +283,28 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     }
     remark.extend(kernel.summary());
     let mut text = comment(&remark, "");
-    text.push_str(&format!("{}\n{{\n", prototype(kernel, precision)));
-    let (bodies, parameters) = reads(schedule, &schedule.statements);
+    text.push_str(&format!("{}\n{{\n", prototype(kernel, precision, true)));
+    let reads = reads(schedule, &schedule.statements);
     let results = named(kernel, "_out", precision);
-    let dialect = C { results, ..C::new(&schedule.signature, precision) };
-    for (name, read) in dialect.names.bodies.iter().zip(bodies) {
+    let dialect = C { results, ..C::new(&schedule.signature, precision, kernel.lanes) };
+    let extras = schedule.signature.given_extras().map(|(k, _)| (&dialect.names.extras[k], reads.extras[k]));
+    for (name, read) in dialect.names.bodies.iter().zip(reads.bodies).chain(extras) {
         if !read {
             text.push_str(&format!("    (void){name};\n"));
         }
     }
-    if !parameters && schedule.signature.has_given() {
+    if !reads.parameters && schedule.signature.has_given() {
         text.push_str("    (void)params;\n");
     }
     let sections = schedule.sections();
-    if sections.len() == 1 {
+    if kernel.lanes > 1 {
+        // Compilers make wide instructions of a loop without loops in it.
+        let (zeros, rest) = lane_loop(schedule);
+        text.push_str(&body(&dialect, schedule, zeros, "    "));
+        text.push_str(&format!("    for (int lane = 0; lane < {}; lane++) {{\n", kernel.lanes));
+        text.push_str(&body(&dialect, schedule, rest, "        "));
+        text.push_str("    }\n");
+    } else if sections.len() == 1 {
         text.push_str(&body(&dialect, schedule, &schedule.statements, "    "));
     } else {
         text.insert_str(0, &parts(kernel, &sections, &dialect));
@@ -272,17 +340,23 @@ struct Argument {
 fn arguments(kernel: &Kernel, section: &Section, dialect: &C) -> Vec<Argument> {
     let schedule = &kernel.schedule;
     let precision = dialect.precision;
-    let (bodies, parameters) = reads(schedule, section.written(schedule));
+    let signature = &schedule.signature;
+    let reads = reads(schedule, section.written(schedule));
     let mut arguments = Vec::new();
     for ((body, name), _) in
-        schedule.signature.bodies.iter().zip(&dialect.names.bodies).zip(bodies).filter(|(_, read)| *read)
+        signature.bodies.iter().zip(&dialect.names.bodies).zip(reads.bodies).filter(|(_, read)| *read)
     {
         let declared = format!("const {}_{precision} *{name}", body.kind.row().c_name);
         arguments.push(Argument { declared, passed: name.clone() });
     }
-    if parameters {
+    if reads.parameters {
         let declared = format!("const {} *params", named(kernel, "_params", precision));
         arguments.push(Argument { declared, passed: "params".to_owned() });
+    }
+    for (index, extra) in signature.given_extras().filter(|(index, _)| reads.extras[*index]) {
+        let name = &dialect.names.extras[index];
+        let declared = extra_argument(extra, name, kernel.lanes, precision);
+        arguments.push(Argument { declared, passed: name.clone() });
     }
     if section.shares() {
         let fixed = if section.hands_on.is_empty() { "const " } else { "" };
@@ -378,18 +452,41 @@ struct C<'a> {
     signature: &'a Signature,
     names: Arguments,
     precision: Precision,
+    lanes: usize,
     /// The struct of the results.
     results: String,
 }
 
 impl C<'_> {
-    fn new(signature: &Signature, precision: Precision) -> C<'_> {
-        C { signature, names: Arguments::new(signature, Target::C), precision, results: String::new() }
+    fn new(signature: &Signature, precision: Precision, lanes: usize) -> C<'_> {
+        C { signature, names: Arguments::new(signature, Target::C), precision, lanes, results: String::new() }
     }
 
     fn place(&self, output: Output) -> String {
-        let Output { part, row, column } = output;
-        if part.is_list() { format!("out->{part}[{row}]") } else { format!("out->{part}[{row}][{column}]") }
+        let (Output { part, row, column }, lane) = (output, lane(self.lanes));
+        if part.is_list() {
+            format!("out->{part}[{row}]{lane}")
+        } else {
+            format!("out->{part}[{row}][{column}]{lane}")
+        }
+    }
+
+    /// The same runs of columns in each of some rows become zero in every instance.
+    fn zeros_of_several(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
+        let zero = self.literal(&Exact::ZERO);
+        let each = |index: &str, range: &Range<usize>| {
+            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
+        };
+        let lanes = each("lane", &(0..self.lanes));
+        if part.is_list() {
+            let line = format!("    {lanes} out->{part}[i][lane] = {zero};");
+            return vec![each("i", rows), line];
+        }
+        let run = |run: &Range<usize>| {
+            let loops = format!("{} {}", each("i", rows), each("j", run));
+            [loops, format!("    {lanes} out->{part}[i][j][lane] = {zero};")]
+        };
+        columns.iter().flat_map(run).collect()
     }
 
     fn ty(&self, variable: &Variable) -> &'static str {
@@ -424,6 +521,9 @@ impl C<'_> {
     /// The same runs of columns in each of some rows become zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         const CHAIN: usize = 4;
+        if self.lanes > 1 {
+            return self.zeros_of_several(part, rows, columns);
+        }
         let zero = self.literal(&Exact::ZERO);
         let width: usize = columns.iter().map(Range::len).sum();
         let each = |index: &str, range: &Range<usize>| {
@@ -469,7 +569,7 @@ impl Dialect for C<'_> {
     fn input(&self, slot: Slot) -> String {
         match self.signature.known(slot) {
             Some(value) => self.literal(&value),
-            None => slot_path(self.signature, &self.names, slot, "->"),
+            None => slot_path(self.signature, &self.names, slot, "->", self.lanes),
         }
     }
 

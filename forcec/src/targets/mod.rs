@@ -32,11 +32,11 @@ pub fn emit(file: &File, target: Target) -> Vec<Generated> {
     let named = |name: String, text: String| Generated { name, text };
     match target {
         Target::C => vec![
-            named(format!("{}.h", file.stem), c::header(file)),
-            named(format!("{}.c", file.stem), c::source(file)),
+            named(format!("{}.h", file.name()), c::header(file)),
+            named(format!("{}.c", file.name()), c::source(file)),
             named("forcec.h".to_owned(), c::header_common()),
         ],
-        Target::Rust => vec![named(format!("{}.rs", file.stem), rust::module(file))],
+        Target::Rust => vec![named(format!("{}.rs", file.name()), rust::module(file))],
     }
 }
 
@@ -72,17 +72,33 @@ fn spelled(template: &str, precision: Precision) -> String {
 }
 
 /// A slot as an expression: `a->position[2]`, `params->m[0][1]`; `arrow` reaches from an argument to its fields.
-fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str) -> String {
+fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str, lanes: usize) -> String {
     let argument = slot.argument as usize;
+    let lane = lane(lanes);
     let Some(parameter) = signature.parameter(slot) else {
         let field = &signature.bodies[argument].kind.row().fields[slot.field as usize];
-        return format!("{}{arrow}{}[{}]", names.bodies[argument], field.name, slot.offset);
+        return format!("{}{arrow}{}[{}]{lane}", names.bodies[argument], field.name, slot.offset);
     };
-    let mut path = format!("params{arrow}{}", names.parameters[argument - signature.bodies.len()]);
+    let mut path = match signature.extra(slot) {
+        Some(extra) => names.extras[extra].clone(),
+        None => format!("params{arrow}{}", names.parameters[argument - signature.bodies.len()]),
+    };
     for index in indices(&parameter.ty.extents(), slot.offset) {
         path.push_str(&format!("[{index}]"));
     }
-    path
+    // A lone extra is the same for all.
+    let shared = signature.extra(slot).is_some() && parameter.ty == ParameterType::Real;
+    if shared { path } else { path + lane }
+}
+
+/// What stands behind a place of which every instance has its own.
+fn lane(lanes: usize) -> &'static str {
+    if lanes > 1 { "[lane]" } else { "" }
+}
+
+/// The statements of a kernel of several instances: those before the loop over them, which clear, and those in it.
+fn lane_loop(schedule: &Schedule) -> (Vec<&Statement>, Vec<&Statement>) {
+    schedule.statements.iter().partition(|statement| matches!(statement, Statement::Zero { .. }))
 }
 
 /// Statements of a schedule, a blank line before every heading but the first.
@@ -104,24 +120,35 @@ fn body<'a>(
     text
 }
 
-/// Which bodies statements of a kernel read, and whether they read its parameters.
-fn reads<'a>(schedule: &Schedule, statements: impl IntoIterator<Item = &'a Statement>) -> (Vec<bool>, bool) {
-    let mut bodies = vec![false; schedule.signature.bodies.len()];
+/// Which arguments are read.
+struct Reads {
+    bodies: Vec<bool>,
+    /// Whether any parameter is.
+    parameters: bool,
+    extras: Vec<bool>,
+}
+
+/// Which arguments statements of a kernel read.
+fn reads<'a>(schedule: &Schedule, statements: impl IntoIterator<Item = &'a Statement>) -> Reads {
+    let signature = &schedule.signature;
+    let mut bodies = vec![false; signature.bodies.len()];
+    let mut extras = vec![false; signature.extras.len()];
     let mut parameters = false;
     let mut pending: Vec<&Expression> = Vec::new();
     for statement in statements {
         pending.extend(statement.expressions());
         while let Some(expression) = pending.pop() {
             if let Expression::Input(slot) = expression {
-                match bodies.get_mut(slot.argument as usize) {
-                    Some(read) => *read = true,
-                    None => parameters |= schedule.signature.known(*slot).is_none(),
+                match (bodies.get_mut(slot.argument as usize), signature.extra(*slot)) {
+                    (Some(read), _) => *read = true,
+                    (_, Some(extra)) => extras[extra] = true,
+                    _ => parameters |= signature.known(*slot).is_none(),
                 }
             }
             pending.extend(expression.children());
         }
     }
-    (bodies, parameters)
+    Reads { bodies, parameters, extras }
 }
 
 /// The body types that some of these signatures use, in the order of the table.
@@ -169,10 +196,12 @@ fn sentence(text: &str) -> String {
     format!("{first}{}.", letters.as_str())
 }
 
-/// A body type's name in Rust.
-pub(crate) fn rust_body(row: &BodyRow, precision: Precision) -> String {
-    match precision {
-        Precision::F64 => row.name.to_owned(),
-        Precision::F32 => format!("{}F32", row.name),
-    }
+/// A body type's name in Rust, of one instance or of several.
+pub(crate) fn rust_body(row: &BodyRow, precision: Precision, lanes: usize) -> String {
+    let precise = match precision {
+        Precision::F64 => "",
+        Precision::F32 => "F32",
+    };
+    let several = if lanes > 1 { format!("X{lanes}") } else { String::new() };
+    format!("{}{precise}{several}", row.name)
 }

@@ -4,7 +4,7 @@
 //! public item documented. A kernel's module reads bodies through `super` and by index only, so that any struct with
 //! indexable fields serves.
 
-use crate::bodies::{ParameterType, Signature, Slot};
+use crate::bodies::{Parameter, ParameterType, Signature, Slot};
 use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
@@ -14,7 +14,8 @@ use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Statement, Variable};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
-    body, decimal, field_summary, kinds, parameter_summary, reads, rust_body, sentence, slot_path, template,
+    body, decimal, field_summary, kinds, lane, lane_loop, parameter_summary, reads, rust_body, sentence,
+    slot_path, template,
 };
 use std::f64::consts;
 use std::ops::Range;
@@ -36,17 +37,24 @@ pub fn module(file: &File) -> String {
     }
     text.push_str(&format!("//! Made by forcec from `{}.rs`; the code is yours.\n", file.stem));
     for &precision in &file.precisions {
+        let lanes = file.kernels.first().map_or(1, |kernel| kernel.lanes);
         for kind in kinds(file.kernels.iter().map(|kernel| &kernel.schedule.signature)) {
             let row = kind.row();
             let fields = row.fields.iter().map(|field| {
                 (
                     field.name.to_owned(),
-                    format!("[{precision}; {}]", field.length),
+                    format!("[{}; {}]", number(precision, lanes), field.length),
                     field_summary(field).to_owned(),
                 )
             });
             text.push('\n');
-            text.push_str(&structure(&rust_body(row, precision), row.summary, fields.collect(), true, ""));
+            text.push_str(&structure(
+                &rust_body(row, precision, lanes),
+                row.summary,
+                fields.collect(),
+                true,
+                "",
+            ));
         }
     }
     for kernel in &file.kernels {
@@ -64,12 +72,16 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     let signature = &schedule.signature;
     let mut text = documentation(kernel);
     text.push_str(&format!("pub mod {} {{\n", module_name(kernel, precision)));
-    text.push_str(&imports(signature, precision));
+    text.push_str(&imports(signature, precision, kernel.lanes));
     text.push_str(&constants(kernel));
     if signature.has_given() {
         let names = Arguments::new(signature, Target::Rust).parameters;
         let fields = signature.given().map(|(index, parameter)| {
-            (names[index].clone(), array(&parameter.ty, precision), parameter_summary(parameter))
+            (
+                names[index].clone(),
+                array(&parameter.ty, precision, kernel.lanes),
+                parameter_summary(parameter),
+            )
         });
         let short = signature.given().all(|(_, p)| p.ty.extents().iter().all(|&n| n <= 32));
         text.push('\n');
@@ -83,7 +95,8 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     }
     let fields = schedule.parts.iter().map(|&part| {
         let (rows, columns) = part.shape(signature);
-        let row = if part.is_list() { precision.to_string() } else { format!("[{precision}; {columns}]") };
+        let number = number(precision, kernel.lanes);
+        let row = if part.is_list() { number } else { format!("[{number}; {columns}]") };
         (part.to_string(), format!("[{row}; {rows}]"), part.row().summary.to_owned())
     });
     let extents = schedule.parts.iter().map(|part| part.shape(signature));
@@ -95,13 +108,20 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
         text.push('\n');
         text.push_str(&special(function, &definition, precision));
     }
-    let dialect = Rust::new(signature, precision, 8);
+    let dialect = Rust::new(signature, precision, 8, kernel.lanes);
     let sections = schedule.sections();
     let parts = if sections.len() > 1 { parts(kernel, &sections, &dialect) } else { String::new() };
     text.push_str(&parts);
     text.push_str("\n    /// Computes every entry of `out`.\n");
-    text.push_str(&evaluate_head(kernel));
-    if sections.len() == 1 {
+    text.push_str(&evaluate_head(kernel, precision));
+    if kernel.lanes > 1 {
+        let (zeros, rest) = lane_loop(schedule);
+        text.push_str(&body(&dialect, schedule, zeros, "        "));
+        text.push_str(&format!("        for lane in 0..{} {{\n", kernel.lanes));
+        let dialect = Rust::new(signature, precision, 12, kernel.lanes);
+        text.push_str(&body(&dialect, schedule, rest, "            "));
+        text.push_str("        }\n");
+    } else if sections.len() == 1 {
         text.push_str(&body(&dialect, schedule, &schedule.statements, "        "));
     } else {
         text.push_str("        let mut shared = Shared::default();\n");
@@ -133,13 +153,18 @@ struct Argument {
 fn arguments(kernel: &Kernel, section: &Section, dialect: &Rust) -> Vec<Argument> {
     let schedule = &kernel.schedule;
     let argument = |declared: String, passed: &str| Argument { declared, passed: passed.to_owned() };
-    let (read, parameters) = reads(schedule, section.written(schedule));
+    let signature = &schedule.signature;
+    let reads = reads(schedule, section.written(schedule));
     let bodies =
-        schedule.signature.bodies.iter().zip(&dialect.names.bodies).zip(read).filter(|(_, read)| *read);
+        signature.bodies.iter().zip(&dialect.names.bodies).zip(reads.bodies).filter(|(_, read)| *read);
     let bodies = bodies.map(|((body, name), _)| argument(format!("{name}: &{}", body.kind.row().name), name));
     let mut arguments: Vec<Argument> = bodies.collect();
-    if parameters {
+    if reads.parameters {
         arguments.push(argument("params: &Params".to_owned(), "params"));
+    }
+    for (index, extra) in signature.given_extras().filter(|(index, _)| reads.extras[*index]) {
+        let name = &dialect.names.extras[index];
+        arguments.push(argument(extra_argument(extra, name, kernel.lanes, dialect.precision), name));
     }
     if section.shares() {
         let change = if section.hands_on.is_empty() { "" } else { "mut " };
@@ -241,6 +266,22 @@ fn constants(kernel: &Kernel) -> String {
         let mut rows = rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned());
         names(&summary, &format!("{}_NONZERO", part.name().to_ascii_uppercase()), &mut rows);
     }
+    for table in kernel.packing.iter().flat_map(|packing| &packing.tables) {
+        let summary = format!(
+            "Where the entries of `{0}` stand: k > 0 is `entries[k - 1]`, k < 0 is `-entries[-k - 1]`, 0 is zero.",
+            table.part
+        );
+        let text = |row: &[i32]| row.iter().map(i32::to_string).collect::<Vec<String>>();
+        let (count, columns) = (table.entries.len() / table.columns.max(1), table.columns);
+        let name = format!("{}_PLACES", table.part.name().to_ascii_uppercase());
+        if table.part.is_list() {
+            constant(&summary, &format!("{name}: [i32; {count}]"), &list(&text(&table.entries), INDENT));
+        } else {
+            let inner = format!("{INDENT}    ");
+            let rows: Vec<String> = table.rows().map(|row| list(&text(row), &inner)).collect();
+            constant(&summary, &format!("{name}: [[i32; {columns}]; {count}]"), &list(&rows, INDENT));
+        }
+    }
     constant("The name of the force function.", "NAME: &str", &format!("{:?}", kernel.name));
     constant("Degrees of freedom: the length of `force`.", "FREEDOMS: usize", &freedoms.to_string());
     let counts: Vec<String> = counts.iter().map(ToString::to_string).collect();
@@ -303,10 +344,10 @@ fn documentation(kernel: &Kernel) -> String {
     lines.iter().map(|line| format!("{}\n", format!("/// {line}").trim_end())).collect()
 }
 
-fn imports(signature: &Signature, precision: Precision) -> String {
+fn imports(signature: &Signature, precision: Precision, lanes: usize) -> String {
     let mut names: Vec<String> = Vec::new();
     for kind in kinds(std::iter::once(signature)) {
-        let (name, own) = (kind.row().name, rust_body(kind.row(), precision));
+        let (name, own) = (kind.row().name, rust_body(kind.row(), precision, lanes));
         names.push(if own == name { own } else { format!("{own} as {name}") });
     }
     names.sort();
@@ -339,12 +380,21 @@ fn structure(
     lines.push("}".to_owned());
     if !derives {
         lines.extend(["", &format!("impl Default for {name} {{")].map(str::to_owned));
-        lines.extend(["    fn default() -> Self {", "        Self {"].map(str::to_owned));
-        for (field, ty, _) in &fields {
-            let zero = ty.replace("f64", "0.0").replace("f32", "0.0");
-            lines.push(format!("            {field}: {zero},"));
+        /// rustfmt's `struct_lit_width`.
+        const STRUCT: usize = 18;
+        let zero = |ty: &str| ty.replace("f64", "0.0").replace("f32", "0.0");
+        let zeros: Vec<String> =
+            fields.iter().map(|(field, ty, _)| format!("{field}: {}", zero(ty))).collect();
+        lines.push("    fn default() -> Self {".to_owned());
+        let line = zeros.join(", ");
+        if line.len() <= STRUCT {
+            lines.push(format!("        Self {{ {line} }}"));
+        } else {
+            lines.push("        Self {".to_owned());
+            lines.extend(zeros.iter().map(|zero| format!("            {zero},")));
+            lines.push("        }".to_owned());
         }
-        lines.extend(["        }", "    }", "}"].map(str::to_owned));
+        lines.extend(["    }", "}"].map(str::to_owned));
     }
     lines
         .iter()
@@ -352,21 +402,36 @@ fn structure(
         .collect()
 }
 
-fn array(ty: &ParameterType, precision: Precision) -> String {
-    ty.extents().iter().rev().fold(precision.name().to_owned(), |inner, n| format!("[{inner}; {n}]"))
+/// A number of each of so many instances.
+fn number(precision: Precision, lanes: usize) -> String {
+    if lanes > 1 { format!("[{precision}; {lanes}]") } else { precision.to_string() }
 }
 
-fn evaluate_head(kernel: &Kernel) -> String {
+fn array(ty: &ParameterType, precision: Precision, lanes: usize) -> String {
+    ty.extents().iter().rev().fold(number(precision, lanes), |inner, n| format!("[{inner}; {n}]"))
+}
+
+/// The declaration of an extra argument; a lone one is the same for all instances.
+fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
+    let (borrowed, lanes) = if extra.ty == ParameterType::Real { ("", 1) } else { ("&", lanes) };
+    format!("{name}: {borrowed}{}", array(&extra.ty, precision, lanes))
+}
+
+fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
     let signature = &kernel.schedule.signature;
-    let (bodies, parameters) = reads(&kernel.schedule, &kernel.schedule.statements);
+    let reads = reads(&kernel.schedule, &kernel.schedule.statements);
     let unused = |read: bool| if read { "" } else { "_" };
     let mut arguments: Vec<String> = Vec::new();
-    let names = Arguments::new(signature, Target::Rust).bodies;
-    for ((body, name), read) in signature.bodies.iter().zip(names).zip(bodies) {
+    let names = Arguments::new(signature, Target::Rust);
+    for ((body, name), read) in signature.bodies.iter().zip(names.bodies).zip(reads.bodies) {
         arguments.push(format!("{}{name}: &{}", unused(read), body.kind.row().name));
     }
     if signature.has_given() {
-        arguments.push(format!("{}params: &Params", unused(parameters)));
+        arguments.push(format!("{}params: &Params", unused(reads.parameters)));
+    }
+    for (index, extra) in signature.given_extras() {
+        let declared = extra_argument(extra, &names.extras[index], kernel.lanes, precision);
+        arguments.push(format!("{}{declared}", unused(reads.extras[index])));
     }
     arguments.push("out: &mut Output".to_owned());
     head("pub fn evaluate", &arguments)
@@ -392,7 +457,7 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
     let mut text = format!("    /// {}\n", sentence(&routine.summary));
     text.push_str(&format!("    fn {name}({}) -> {precision} {{\n", arguments.join(", ")));
     let write = |text: &mut String, (statements, result): &Way, indent: usize, end: [&str; 2]| {
-        let dialect = Rust::new(&empty, precision, indent);
+        let dialect = Rust::new(&empty, precision, indent, 1);
         let space = " ".repeat(indent);
         for statement in statements {
             for line in print::statement(&dialect, &routine.variables, statement) {
@@ -403,7 +468,7 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
         text.push_str(&format!("{space}{}{result}{}\n", end[0], end[1]));
     };
     if let Some((condition, near)) = &routine.near {
-        let dialect = Rust::new(&empty, precision, 8);
+        let dialect = Rust::new(&empty, precision, 8, 1);
         let condition = print::expression(&dialect, &routine.variables, condition);
         text.push_str(&format!("        if {condition} {{\n"));
         write(&mut text, near, 12, ["return ", ";"]);
@@ -469,16 +534,21 @@ struct Rust<'a> {
     names: Arguments,
     precision: Precision,
     indent: usize,
+    lanes: usize,
 }
 
 impl Rust<'_> {
-    fn new(signature: &Signature, precision: Precision, indent: usize) -> Rust<'_> {
-        Rust { signature, names: Arguments::new(signature, Target::Rust), precision, indent }
+    fn new(signature: &Signature, precision: Precision, indent: usize, lanes: usize) -> Rust<'_> {
+        Rust { signature, names: Arguments::new(signature, Target::Rust), precision, indent, lanes }
     }
 
     fn place(&self, output: Output) -> String {
-        let Output { part, row, column } = output;
-        if part.is_list() { format!("out.{part}[{row}]") } else { format!("out.{part}[{row}][{column}]") }
+        let (Output { part, row, column }, lane) = (output, lane(self.lanes));
+        if part.is_list() {
+            format!("out.{part}[{row}]{lane}")
+        } else {
+            format!("out.{part}[{row}][{column}]{lane}")
+        }
     }
 
     fn assign(&self, left: &str, value: &str) -> Vec<String> {
@@ -520,11 +590,12 @@ impl Rust<'_> {
     /// The same runs of columns in each of some rows become zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         let (height, width) = part.shape(self.signature);
+        let zero = if self.lanes > 1 { format!("[0.0; {}]", self.lanes) } else { "0.0".to_owned() };
         // An entry, some entries or all entries of a place of so many reals become zero.
         let fill = |place: &str, whole: &str, count: usize, range: &Range<usize>| match range.len() {
-            length if length == count && count > 1 => format!("{whole} = [0.0; {count}];"),
-            1 => format!("{place}[{}] = 0.0;", range.start),
-            _ => format!("{place}[{}..{}].fill(0.0);", range.start, range.end),
+            length if length == count && count > 1 => format!("{whole} = [{zero}; {count}];"),
+            1 => format!("{place}[{}] = {zero};", range.start),
+            _ => format!("{place}[{}..{}].fill({zero});", range.start, range.end),
         };
         let name = part.name();
         if part.is_list() {
@@ -533,7 +604,7 @@ impl Rust<'_> {
         }
         let whole = rows.len() == height;
         if whole && columns.iter().all(|run| run.len() == width) {
-            return vec![format!("out.{name} = [[0.0; {width}]; {height}];")];
+            return vec![format!("out.{name} = [[{zero}; {width}]; {height}];")];
         }
         if rows.len() == 1 {
             let place = format!("out.{name}[{}]", rows.start);
@@ -569,7 +640,7 @@ impl Dialect for Rust<'_> {
     fn input(&self, slot: Slot) -> String {
         match self.signature.known(slot) {
             Some(value) => self.literal(&value),
-            None => slot_path(self.signature, &self.names, slot, "."),
+            None => slot_path(self.signature, &self.names, slot, ".", self.lanes),
         }
     }
 

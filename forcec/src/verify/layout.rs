@@ -38,7 +38,7 @@ impl Layout {
         for body in &signature.bodies {
             starts.push(body.kind.row().fields.iter().map(|field| place(field.length as usize)).collect());
         }
-        for parameter in &signature.parameters {
+        for parameter in signature.parameters.iter().chain(&signature.extras) {
             starts.push(vec![place(parameter.ty.length() as usize)]);
         }
         let mut layout =
@@ -65,7 +65,7 @@ impl Layout {
         self.signature.body_slot(body as u16, role).map(|slot| self.place(slot))
     }
 
-    /// Where a parameter starts.
+    /// Where a parameter starts, or an extra, counted after the parameters.
     pub(crate) fn parameter(&self, parameter: usize) -> usize {
         self.starts[self.signature.bodies.len() + parameter][0]
     }
@@ -79,7 +79,8 @@ impl Layout {
                 inputs.push((name, values[at..at + field.length as usize].to_vec()));
             }
         }
-        for (p, parameter) in self.signature.parameters.iter().enumerate() {
+        let parameters = self.signature.parameters.iter().chain(&self.signature.extras);
+        for (p, parameter) in parameters.enumerate() {
             let at = self.parameter(p);
             inputs.push((parameter.name.clone(), values[at..at + parameter.ty.length() as usize].to_vec()));
         }

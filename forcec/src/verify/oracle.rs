@@ -83,6 +83,19 @@ pub(crate) struct Columns {
     pub(crate) noise: f64,
 }
 
+impl Columns {
+    /// The matrix times a direction.
+    fn times(&self, direction: &[Big]) -> Vec<Big> {
+        let mut sum = vec![Big::zero(); self.columns.first().map_or(0, Vec::len)];
+        for (column, d) in self.columns.iter().zip(direction).filter(|(_, d)| !d.is_zero()) {
+            for (s, x) in sum.iter_mut().zip(column) {
+                *s = s.clone() + x.clone() * d.clone();
+            }
+        }
+        sum
+    }
+}
+
 /// The rows after a step along each of two coordinates, where the order of the steps does not matter: all pairs but two
 /// turns of one body.
 #[derive(Default)]
@@ -498,7 +511,7 @@ impl Point<'_, '_> {
 
     /// A result, row by row.
     pub(crate) fn part(&self, part: Part) -> Result<Vec<Big>, Singular> {
-        let transposed = |columns: Columns| {
+        let transposed = |columns: Columns| -> Vec<Big> {
             let rows = 0..self.force.len();
             rows.flat_map(|row| columns.columns.iter().map(move |column| column[row].clone())).collect()
         };
@@ -512,7 +525,31 @@ impl Point<'_, '_> {
             Part::Force => self.force.clone(),
             Part::Dfdx => transposed(self.dfdx()?),
             Part::Dfdv => transposed(self.dfdv()?),
+            Part::Impulse => {
+                let (h, velocities) = (self.extra("step"), self.oracle.velocities(&self.inputs));
+                let step: Vec<Big> = velocities.iter().map(|v| h[0].clone() * v.clone()).collect();
+                let change = self.dfdx()?.times(&step);
+                let next = self.force.iter().zip(change).map(|(f, df)| h[0].clone() * (f.clone() + df));
+                next.collect()
+            }
+            Part::Matrix => {
+                let h = self.extra("step")[0].clone();
+                let (along_x, along_v) = (transposed(self.dfdx()?), transposed(self.dfdv()?));
+                let pairs = Iterator::zip(along_v.into_iter(), along_x);
+                pairs.map(|(dv, dx)| h.clone() * (dv + h.clone() * dx)).collect()
+            }
+            Part::DfdxProduct => self.dfdx()?.times(self.extra("direction")),
+            Part::DfdvProduct => self.dfdv()?.times(self.extra("direction")),
+            Part::Entries => unreachable!("a program computes results, not their list"),
         })
+    }
+
+    /// The entries of an extra argument.
+    fn extra(&self, name: &str) -> &[Big] {
+        let layout = self.oracle.layout;
+        let slot = layout.signature.extra_slot(name, 0).expect("a result brings what it is made of");
+        let length = layout.signature.parameter(slot).map_or(0, |extra| extra.ty.length() as usize);
+        &self.inputs[layout.place(slot)..][..length]
     }
 
     fn columns(&self, columns: Vec<Vec<Big>>) -> Result<Columns, Singular> {

@@ -12,7 +12,7 @@ use super::source::Source;
 use super::states::{Family, Random, State, draw};
 use super::tape::Tape;
 use super::{Subject, seed};
-use crate::bodies::{Domain, Parameter, ParameterType, Signature};
+use crate::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
 use crate::definition::Definition;
 use crate::eval;
 use crate::number::Arithmetic;
@@ -78,6 +78,11 @@ impl<'a> Probe<'a> {
     pub fn program(&self, inputs: &[f64]) -> Vec<f64> {
         let input = |slot| Big::from_f64(inputs[self.layout.place(slot)]);
         eval::evaluate(self.subject.program, &input).iter().map(Big::to_f64).collect()
+    }
+
+    /// The entry of an argument among the inputs.
+    pub fn input(&self, inputs: &[f64], slot: Slot) -> f64 {
+        inputs[self.layout.place(slot)]
     }
 
     /// How far rounding in doubles, and the bits of a quaternion from length one, may take each output.
@@ -149,8 +154,12 @@ pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     let row = function.row();
     let parameter =
         |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any, value: None };
-    let signature =
-        Signature { bodies: vec![], parameters: (0..row.arity).map(parameter).collect(), rows: 0 };
+    let signature = Signature {
+        bodies: vec![],
+        parameters: (0..row.arity).map(parameter).collect(),
+        rows: 0,
+        ..Signature::default()
+    };
     let layout = Layout::new(&signature);
     let mut graph = Graph::new(signature.clone());
     let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();

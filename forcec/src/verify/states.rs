@@ -187,6 +187,13 @@ pub(crate) fn draw(layout: &Layout, gains: bool, family: Family, index: usize, r
             values[0] *= random.decades(2, 8);
         }
     }
+    for (e, extra) in layout.signature.extras.iter().enumerate() {
+        let at = layout.parameter(parameters + e);
+        for x in &mut state.values[at..at + extra.ty.length() as usize] {
+            // A step is positive.
+            *x = if extra.name == "step" { random.decades(-4, 0) } else { random.uniform(-2.0, 2.0) };
+        }
+    }
     match family {
         Family::Random | Family::Stiff => {}
         Family::Rest => {
@@ -225,7 +232,8 @@ fn known(layout: &Layout, values: &mut [f64]) {
             values[field..field + 3].fill(0.0);
         }
     }
-    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+    let parameters = layout.signature.parameters.iter().chain(&layout.signature.extras);
+    for (p, parameter) in parameters.enumerate() {
         for (k, value) in parameter.value.iter().flatten().enumerate() {
             values[layout.parameter(p) + k] = value.to_f64();
         }

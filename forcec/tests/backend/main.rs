@@ -21,15 +21,11 @@ fn kernels() -> Vec<(String, Program)> {
 }
 
 fn file() -> File {
-    let kernels = kernels().into_iter().map(|(name, program)| Kernel {
-        docs: vec![
-            format!("The kernel `{name}` /* odd */ text."),
-            String::new(),
-            "More about it.".to_owned(),
-        ],
-        name,
-        formulas: vec!["F = -J^T (stiffness C + damping dC/dt)".to_owned()],
-        schedule: schedule(&program, Style::default()),
+    let kernels = kernels().into_iter().map(|(name, program)| {
+        let docs =
+            vec![format!("The kernel `{name}` /* odd */ text."), String::new(), "More about it.".to_owned()];
+        let formulas = vec!["F = -J^T (stiffness C + damping dC/dt)".to_owned()];
+        Kernel::dense(name, docs, formulas, schedule(&program, Style::default()))
     });
     File {
         stem: "made".to_owned(),
@@ -350,7 +346,7 @@ fn recount(text: &str, freedoms: usize) -> Operations {
 fn operations_are_counted_on_the_text() {
     for (name, program) in kernels() {
         let schedule = schedule(&program, Style::default());
-        let kernel = Kernel { name: name.clone(), docs: vec![], formulas: vec![], schedule };
+        let kernel = Kernel::dense(name.clone(), vec![], vec![], schedule);
         let operations = kernel.schedule.operations();
         let freedoms = kernel.schedule.signature.freedoms();
         let rust = targets::rust::kernel_module(&kernel, Precision::F32);

@@ -30,6 +30,7 @@ pub(crate) fn rows() -> Program {
         bodies: vec![body("a", BodyKind::PARTICLE), body("b", BodyKind::PARTICLE)],
         parameters: ["j", "x", "i"].map(|name| parameter(name, ParameterType::Real)).to_vec(),
         rows: 0,
+        ..Signature::default()
     };
     let mut g = Graph::default();
     let mut p = program(signature, Graph::default(), g.zero());
@@ -69,6 +70,7 @@ pub(crate) fn spring() -> Program {
             parameter("damping", ParameterType::Real),
         ],
         rows: 0,
+        ..Signature::default()
     };
     let mut g = Graph::default();
     let zero = g.zero();
@@ -132,6 +134,7 @@ fn wide_signature() -> Signature {
             parameter("a_name_that_is_really_rather_long", ParameterType::Quaternion),
         ],
         rows: 0,
+        ..Signature::default()
     }
 }
 

@@ -1,0 +1,7 @@
+// stages: c, rust
+// layout: dense, 8
+/// A rope of two particles: it pulls only where it is longer than `length`.
+#[constraint(unilateral)]
+fn rope(p: Particle, q: Particle, length: Real) -> Real {
+    length - (q.position - p.position).norm()
+}
