@@ -26,4 +26,8 @@ pub enum Error {
     /// A force between bodies none of which forces move.
     #[error("force `{0}` moves none of its bodies")]
     NothingMoves(&'static str),
+    /// Two shapes met whose contact is not known, two height fields for example.
+    #[cfg(feature = "collision")]
+    #[error("no contact is known for two shapes that met")]
+    NoContact,
 }

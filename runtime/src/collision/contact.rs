@@ -1,0 +1,54 @@
+//! The force between two rigid bodies at a point where they touch.
+
+use crate::prelude::*;
+
+/// Contact of a ball on `b` with a ball on `a`, either of any radius, zero included: what two solids do at one point where
+/// they touch, a corner on a face for example. A spring and a damper along the normal that push only, and smooth Coulomb
+/// friction across it.
+///
+/// With gap = n·(xb + qb·arm_b − xa − qa·arm_a) − radius_a − radius_b and v the velocity of `b` against `a` where they touch,
+///
+/// load = max(−stiffness·gap − damping·n·v, 0),  F = load · (n − μ · vₜ / √(|vₜ|² + ε²)) on `b` and −F on `a`.
+///
+/// The load is continuous: it sets in before the bodies touch, where they would do so within the time damping / stiffness.
+/// Both forces act at one point, so that their torques balance exactly.
+///
+/// `arm_a`, `arm_b`: the balls' centres in body space, m. `normal`: n, a unit vector from `a` to `b` in the world frame.
+/// `radius_a`, `radius_b`: m. `stiffness`: N/m. `damping`: N·s/m. `friction`: μ. `slip_speed`: ε, m/s.
+#[force]
+#[domain(
+    normal = unit,
+    radius_a = 0.0..1.0,
+    radius_b = 0.0..1.0,
+    stiffness = 1e2..1e6,
+    damping = 0.0..1e3,
+    friction = 0.0..1.5,
+    slip_speed = 1e-4..1e-1
+)]
+pub fn point_contact(
+    a: Rigid,
+    b: Rigid,
+    arm_a: Vec3,
+    arm_b: Vec3,
+    normal: Vec3,
+    radius_a: Real,
+    radius_b: Real,
+    stiffness: Real,
+    damping: Real,
+    friction: Real,
+    slip_speed: Real,
+) -> (Wrench, Wrench) {
+    let between = b.position - a.position;
+    let rb = b.orientation * arm_b;
+    let gap = normal.dot(&(between + (rb - a.orientation * arm_a))) - (radius_a + radius_b);
+    let rb = rb - normal * radius_b;
+    let ra = between + rb;
+    let velocity =
+        (b.velocity - a.velocity) + (b.angular_velocity.cross(&rb) - a.angular_velocity.cross(&ra));
+    let rate = normal.dot(&velocity);
+    let load = (-stiffness * gap - damping * rate).max(0.0);
+    let sliding = velocity - normal * rate;
+    let speed = (sliding.norm_squared() + slip_speed * slip_speed).sqrt();
+    let force = load * (normal - sliding * (friction / speed));
+    (Wrench { force: -force, torque: -ra.cross(&force) }, Wrench { force, torque: rb.cross(&force) })
+}
