@@ -8,9 +8,12 @@ use crate::prelude::*;
 ///
 /// With gap = n·(xb + qb·arm_b − xa − qa·arm_a) − radius_a − radius_b and v the velocity of `b` against `a` where they touch,
 ///
-/// load = max(−stiffness·gap − damping·n·v, 0),  F = load · (n − μ · vₜ / √(|vₜ|² + ε²)) on `b` and −F on `a`.
+/// load = −stiffness·gap − damping·n·v, but no less than zero where gap ≥ 0,
+/// F = load·n − max(load, 0) · μ · vₜ / √(|vₜ|² + ε²) on `b` and −F on `a`.
 ///
-/// The load is continuous: it sets in before the bodies touch, where they would do so within the time damping / stiffness.
+/// The load sets in before the bodies touch, where they would do so within the time damping / stiffness; and while they
+/// overlap the damper holds them back too, so that about a state of rest the force is linear, and a step of an implicit
+/// method, which linearises once, finds that state and stays there.
 /// Both forces act at one point, so that their torques balance exactly.
 ///
 /// `arm_a`, `arm_b`: the balls' centres in body space, m. `normal`: n, a unit vector from `a` to `b` in the world frame.
@@ -46,9 +49,10 @@ pub fn point_contact(
     let velocity =
         (b.velocity - a.velocity) + (b.angular_velocity.cross(&rb) - a.angular_velocity.cross(&ra));
     let rate = normal.dot(&velocity);
-    let load = (-stiffness * gap - damping * rate).max(0.0);
+    let push = -stiffness * gap - damping * rate;
+    let load = if gap < 0.0 { push } else { push.max(0.0) };
     let sliding = velocity - normal * rate;
     let speed = (sliding.norm_squared() + slip_speed * slip_speed).sqrt();
-    let force = load * (normal - sliding * (friction / speed));
+    let force = normal * load - sliding * (load.max(0.0) * friction / speed);
     (Wrench { force: -force, torque: -ra.cross(&force) }, Wrench { force, torque: rb.cross(&force) })
 }

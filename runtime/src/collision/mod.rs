@@ -72,12 +72,12 @@ impl Default for Surface {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Stiffness of a contact point in units of its effective mass / step²: at rest under its own weight a body sinks in by
-    /// gravity · step² / hardness.
+    /// gravity · step² / hardness, under a load by as much more. Above ten fast impacts take more steps than one.
     pub hardness: f64,
-    /// Damping / stiffness in steps: in about so many a penetration is gone.
+    /// Damping / stiffness in steps: in a few times as many a penetration is gone.
     pub relaxation: f64,
-    /// Below this sliding is slow, m/s, and friction less than it could be. It is raised to what gravity does in a
-    /// quarter of a step.
+    /// Below this sliding is slow, m/s, and friction less than it could be: bodies at rest on a slope creep. It is raised
+    /// to what gravity does in a twentieth of a step.
     pub slip_speed: f64,
     /// Points nearer than this are kept in wait, m.
     pub margin: f64,
@@ -85,7 +85,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { hardness: 50.0, relaxation: 3.0, slip_speed: 1e-3, margin: 5e-3 }
+        Settings { hardness: 10.0, relaxation: 1.0, slip_speed: 1e-3, margin: 5e-3 }
     }
 }
 

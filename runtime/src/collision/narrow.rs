@@ -16,6 +16,9 @@ use parry3d_f64::shape::SharedShape;
 /// How many steps ahead contacts are looked for.
 pub(super) const AHEAD: f64 = 2.0;
 
+/// The least slip speed, in units of what gravity does in a step: friction that reverses faster would overshoot.
+const SLIP: f64 = 0.05;
+
 /// Two shapes that meet.
 #[derive(Default)]
 pub(super) struct Pair {
@@ -57,7 +60,7 @@ impl Pair {
         self.depth = 0.0;
         // A sleeper is not woken before it is touched.
         let (reach, margin) = if a.rests || b.rests { (h, 0.0) } else { (ahead, settings.margin) };
-        let slip_speed = settings.slip_speed.max(0.25 * gravity * h);
+        let slip_speed = settings.slip_speed.max(SLIP * gravity * h);
         let radii = [radius(&a.shape), radius(&b.shape)];
         for manifold in &self.manifolds {
             let place = |pose: Option<&Pose>, p: Vector| pose.map_or(p, |pose| pose * p);
