@@ -3,21 +3,24 @@
 use crate::prelude::*;
 
 /// Contact of a ball on `b` with a ball on `a`, either of any radius, zero included: what two solids do at one point where
-/// they touch, a corner on a face for example. A spring and a damper along the normal that push only, and smooth Coulomb
-/// friction across it.
+/// they touch, a corner on a face for example. A one-sided spring and damper along the normal, and Coulomb friction across
+/// it.
 ///
 /// With gap = n·(xb + qb·arm_b − xa − qa·arm_a) − radius_a − radius_b and v the velocity of `b` against `a` where they touch,
 ///
 /// load = −stiffness·gap − damping·n·v, but no less than zero where gap ≥ 0,
-/// F = load·n − max(load, 0) · μ · vₜ / √(|vₜ|² + ε²) on `b` and −F on `a`.
+/// F = load·n − max(load, 0) · μ · vₜ / speed on `b` and −F on `a`.
 ///
 /// The load sets in before the bodies touch, where they would do so within the time damping / stiffness; and while they
 /// overlap the damper holds them back too, so that about a state of rest the force is linear, and a step of an implicit
 /// method, which linearises once, finds that state and stays there.
+/// `speed` is the |vₜ| that is expected, which makes it Coulomb's law. It is a parameter since a step that linearises his law
+/// where sliding is slow overshoots and reverses it; this force is linear in vₜ, and a step finds rest.
+///
 /// Both forces act at one point, so that their torques balance exactly.
 ///
 /// `arm_a`, `arm_b`: the balls' centres in body space, m. `normal`: n, a unit vector from `a` to `b` in the world frame.
-/// `radius_a`, `radius_b`: m. `stiffness`: N/m. `damping`: N·s/m. `friction`: μ. `slip_speed`: ε, m/s.
+/// `radius_a`, `radius_b`: m. `stiffness`: N/m. `damping`: N·s/m. `friction`: μ. `speed`: m/s.
 #[force]
 #[domain(
     normal = unit,
@@ -26,7 +29,7 @@ use crate::prelude::*;
     stiffness = 1e2..1e6,
     damping = 0.0..1e3,
     friction = 0.0..1.5,
-    slip_speed = 1e-4..1e-1
+    speed = 1e-3..1e1
 )]
 pub fn point_contact(
     a: Rigid,
@@ -39,7 +42,7 @@ pub fn point_contact(
     stiffness: Real,
     damping: Real,
     friction: Real,
-    slip_speed: Real,
+    speed: Real,
 ) -> (Wrench, Wrench) {
     let between = b.position - a.position;
     let rb = b.orientation * arm_b;
@@ -52,7 +55,6 @@ pub fn point_contact(
     let push = -stiffness * gap - damping * rate;
     let load = if gap < 0.0 { push } else { push.max(0.0) };
     let sliding = velocity - normal * rate;
-    let speed = (sliding.norm_squared() + slip_speed * slip_speed).sqrt();
     let force = normal * load - sliding * (load.max(0.0) * friction / speed);
     (Wrench { force: -force, torque: -ra.cross(&force) }, Wrench { force, torque: rb.cross(&force) })
 }

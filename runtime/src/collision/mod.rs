@@ -76,8 +76,7 @@ pub struct Settings {
     pub hardness: f64,
     /// Damping / stiffness in steps: in a few times as many a penetration is gone.
     pub relaxation: f64,
-    /// Below this sliding is slow, m/s, and friction less than it could be: bodies at rest on a slope creep. It is raised
-    /// to what gravity does in a twentieth of a step.
+    /// Sliding below this is slow, m/s, and friction less than it could be: bodies at rest on a slope creep.
     pub slip_speed: f64,
     /// Points nearer than this are kept in wait, m.
     pub margin: f64,
@@ -213,7 +212,7 @@ impl Collisions {
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed();
         self.broad(world, h);
         contacts.broad = lap();
-        self.narrow(world, h)?;
+        self.narrow(h)?;
         contacts.narrow = lap();
         self.apply(world, &mut contacts)?;
         contacts.forces = lap();
@@ -268,7 +267,7 @@ impl Collisions {
     }
 
     /// Finds the contact points of all pairs that met.
-    fn narrow(&mut self, world: &World, h: f64) -> Result<(), Error> {
+    fn narrow(&mut self, h: f64) -> Result<(), Error> {
         for pair in self.pairs.values_mut() {
             pair.met = false;
         }
@@ -276,9 +275,8 @@ impl Collisions {
             self.pairs.entry(key).or_default().met = true;
         }
         let Collisions { solids, settings, pairs, .. } = self;
-        let gravity = world.gravity.norm();
         let find = |(&(a, b), pair): (&(usize, usize), &mut Pair)| match (&solids[a], &solids[b]) {
-            (Some(a), Some(b)) if pair.met => pair.find(a, b, h, gravity, settings),
+            (Some(a), Some(b)) if pair.met => pair.find(a, b, h, settings),
             _ => Ok(()),
         };
         #[cfg(feature = "rayon")]

@@ -8,7 +8,6 @@ use super::{Settings, Solid, Surface};
 use crate::error::Error;
 use crate::world::{Force, Motion};
 use nalgebra::Vector3;
-use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query::details::ContactManifoldsWorkspace;
 use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use parry3d_f64::shape::SharedShape;
@@ -16,13 +15,11 @@ use parry3d_f64::shape::SharedShape;
 /// How many steps ahead contacts are looked for.
 pub(super) const AHEAD: f64 = 2.0;
 
-/// The least slip speed, in units of what gravity does in a step: friction that reverses faster would overshoot.
-const SLIP: f64 = 0.05;
-
 /// Two shapes that meet.
 #[derive(Default)]
 pub(super) struct Pair {
-    manifolds: Vec<ContactManifold<(), ()>>,
+    /// Each point remembers how fast it slid in the last update.
+    manifolds: Vec<ContactManifold<(), Option<f64>>>,
     workspace: Option<ContactManifoldsWorkspace>,
     /// Their boxes met in this update.
     pub(super) met: bool,
@@ -35,14 +32,7 @@ pub(super) struct Pair {
 
 impl Pair {
     /// Finds the points where two solids touch, or will within the next steps.
-    pub(super) fn find(
-        &mut self,
-        a: &Solid,
-        b: &Solid,
-        h: f64,
-        gravity: f64,
-        settings: &Settings,
-    ) -> Result<(), Error> {
+    pub(super) fn find(&mut self, a: &Solid, b: &Solid, h: f64, settings: &Settings) -> Result<(), Error> {
         let ahead = AHEAD * h;
         let closing = (b.state.velocity - a.state.velocity).norm();
         let prediction = settings.margin + closing * ahead + a.turning + b.turning;
@@ -60,19 +50,18 @@ impl Pair {
         self.depth = 0.0;
         // A sleeper is not woken before it is touched.
         let (reach, margin) = if a.rests || b.rests { (h, 0.0) } else { (ahead, settings.margin) };
-        let slip_speed = settings.slip_speed.max(SLIP * gravity * h);
         let radii = [radius(&a.shape), radius(&b.shape)];
-        for manifold in &self.manifolds {
-            let place = |pose: Option<&Pose>, p: Vector| pose.map_or(p, |pose| pose * p);
-            let normal = a.pose.rotation
-                * manifold
-                    .subshape_pos1()
-                    .map_or(manifold.local_n1, |pose| pose.rotation * manifold.local_n1);
-            for point in &manifold.points {
-                let touch = [
-                    a.pose * place(manifold.subshape_pos1(), point.local_p1) - normal * radii[0],
-                    b.pose * place(manifold.subshape_pos2(), point.local_p2) + normal * radii[1],
-                ];
+        for manifold in &mut self.manifolds {
+            // A part of a shape of several has a place in it.
+            let places = [manifold.subshape_pos1(), manifold.subshape_pos2()];
+            let [at_a, at_b] = [
+                a.pose * places[0].copied().unwrap_or_default(),
+                b.pose * places[1].copied().unwrap_or_default(),
+            ];
+            let normal = at_a.rotation * manifold.local_n1;
+            for point in &mut manifold.points {
+                let touch =
+                    [at_a * point.local_p1 - normal * radii[0], at_b * point.local_p2 + normal * radii[1]];
                 let normal = Vector3::new(normal.x, normal.y, normal.z);
                 let [arm_a, arm_b] = [(a, touch[0]), (b, touch[1])]
                     .map(|(solid, p)| Vector3::new(p.x, p.y, p.z) - solid.state.position);
@@ -80,7 +69,10 @@ impl Pair {
                 let gap = normal.dot(&(between + arm_b - arm_a)) - radii[0] - radii[1];
                 let rb = arm_b - normal * radii[1];
                 let ra = between + rb;
-                let rate = normal.dot(&(b.velocity_at(&rb) - a.velocity_at(&ra)));
+                let velocity = b.velocity_at(&rb) - a.velocity_at(&ra);
+                let rate = normal.dot(&velocity);
+                let sliding = (velocity - normal * rate).norm();
+                let last = point.data.replace(sliding).unwrap_or(sliding);
                 if gap + reach * rate.min(0.0) >= margin {
                     continue;
                 }
@@ -98,7 +90,10 @@ impl Pair {
                     stiffness,
                     damping: series(&a.surface, &b.surface, |it| it.damping).unwrap_or(damping),
                     friction: (a.surface.friction * b.surface.friction).sqrt(),
-                    slip_speed,
+                    // In the middle of the step, as much faster or slower as in the last, but not at once at rest.
+                    speed: (1.5 * sliding - 0.5 * last)
+                        .clamp(0.5 * sliding, 2.0 * sliding)
+                        .max(settings.slip_speed),
                 });
             }
         }
