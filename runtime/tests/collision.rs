@@ -253,6 +253,22 @@ fn what_moves_wakes_what_it_touches() {
 }
 
 #[test]
+fn a_box_at_rest_that_is_thrown_leaves_the_ground() {
+    let mut scene = Scene::flat();
+    let body = scene.add(cube(0.5), 1e3, 0.5, at(Vec3::z() * 0.5));
+    scene.run(1.0);
+    let rest = scene.state(body);
+    scene.world.set_rigid(body, Rigid { velocity: Vec3::z() * 1.0, ..rest }).unwrap();
+    let mut height = 0.0_f64;
+    for _ in 0..60 {
+        scene.step();
+        height = height.max(scene.state(body).position.z - rest.position.z);
+    }
+    let free = 1.0 / (2.0 * GRAVITY);
+    assert!((height / free - 1.0).abs() < 1e-2, "{height} for {free}");
+}
+
+#[test]
 fn a_moving_platform_takes_a_box_along() {
     let mut scene = Scene::empty(STEP);
     let state = Rigid { velocity: Vec3::x() * 0.5, ..Rigid::default() };

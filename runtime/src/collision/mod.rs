@@ -212,7 +212,7 @@ impl Collisions {
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed();
         self.broad(world, h);
         contacts.broad = lap();
-        self.narrow(h)?;
+        self.narrow(h, world.gravity.norm())?;
         contacts.narrow = lap();
         self.apply(world, &mut contacts)?;
         contacts.forces = lap();
@@ -267,7 +267,7 @@ impl Collisions {
     }
 
     /// Finds the contact points of all pairs that met.
-    fn narrow(&mut self, h: f64) -> Result<(), Error> {
+    fn narrow(&mut self, h: f64, gravity: f64) -> Result<(), Error> {
         for pair in self.pairs.values_mut() {
             pair.met = false;
         }
@@ -276,7 +276,7 @@ impl Collisions {
         }
         let Collisions { solids, settings, pairs, .. } = self;
         let find = |(&(a, b), pair): (&(usize, usize), &mut Pair)| match (&solids[a], &solids[b]) {
-            (Some(a), Some(b)) if pair.met => pair.find(a, b, h, settings),
+            (Some(a), Some(b)) if pair.met => pair.find(a, b, h, gravity, settings),
             _ => Ok(()),
         };
         #[cfg(feature = "rayon")]

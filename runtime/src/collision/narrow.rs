@@ -32,7 +32,14 @@ pub(super) struct Pair {
 
 impl Pair {
     /// Finds the points where two solids touch, or will within the next steps.
-    pub(super) fn find(&mut self, a: &Solid, b: &Solid, h: f64, settings: &Settings) -> Result<(), Error> {
+    pub(super) fn find(
+        &mut self,
+        a: &Solid,
+        b: &Solid,
+        h: f64,
+        gravity: f64,
+        settings: &Settings,
+    ) -> Result<(), Error> {
         let ahead = AHEAD * h;
         let closing = (b.state.velocity - a.state.velocity).norm();
         let prediction = settings.margin + closing * ahead + a.turning + b.turning;
@@ -76,10 +83,14 @@ impl Pair {
                 if gap + reach * rate.min(0.0) >= margin {
                     continue;
                 }
-                self.depth = self.depth.max(-gap);
                 let mass = (a.mobility(&ra, &normal) + b.mobility(&rb, &normal)).recip();
                 let stiffness = mass * settings.hardness / (h * h);
                 let stiffness = series(&a.surface, &b.surface, |it| it.stiffness).unwrap_or(stiffness);
+                // The damper holds what the spring may have pushed in a step, or gravity takes back; what is faster leaves.
+                if mass * rate > (mass * gravity - stiffness * gap.min(0.0)) * h {
+                    continue;
+                }
+                self.depth = self.depth.max(-gap);
                 let damping = stiffness * settings.relaxation * h;
                 self.points.push(point_contact::Params {
                     arm_a: a.state.orientation.inverse_transform_vector(&arm_a).into(),
