@@ -429,7 +429,7 @@ impl<R: RealField + Copy> World<R> {
 
     /// Steps every island that is awake, on all threads of the pool, and hands on what it reports, in order.
     #[cfg(feature = "rayon")]
-    fn each_awake(&mut self, step: impl Fn(&mut Island<R>) -> Report + Sync, done: impl FnMut(Report))
+    fn each_awake(&mut self, step: impl Fn(&mut Island<R>) -> Report + Sync + Send, done: impl FnMut(Report))
     where
         R: Send + Sync,
     {
