@@ -281,8 +281,8 @@ impl Collisions {
         };
         #[cfg(feature = "rayon")]
         {
-            use rayon::prelude::{ParallelBridge, ParallelIterator};
-            pairs.iter_mut().par_bridge().try_for_each(find)
+            use rayon::prelude::{IntoParallelRefMutIterator, ParallelIterator};
+            pairs.par_iter_mut().try_for_each(find)
         }
         #[cfg(not(feature = "rayon"))]
         pairs.iter_mut().try_for_each(find)
