@@ -32,4 +32,8 @@ pub enum Error {
     /// What was saved does not hold together.
     #[error("the saved world is damaged")]
     Damaged,
+    /// Two shapes met whose contact is not known, two height fields for example.
+    #[cfg(feature = "collision")]
+    #[error("no contact is known for two shapes that met")]
+    NoContact,
 }

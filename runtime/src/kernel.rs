@@ -7,7 +7,7 @@ use crate::bodies::{Particle, Rigid};
 use nalgebra::RealField;
 
 /// A body type.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BodyKind {
     /// [`Rigid`], six degrees of freedom: position, then rotation.

@@ -30,9 +30,15 @@
 //! Without default features this crate has no macros and never builds the compiler; kernels then come from
 //! `forcec build --target rust` or from a build script.
 
+// The kernel of contacts is compiled here, and what the macros leave names this crate from outside.
+#[cfg(feature = "collision")]
+extern crate self as forcec_runtime;
+
 mod assemble;
 mod batch;
 pub mod bodies;
+#[cfg(feature = "collision")]
+pub mod collision;
 mod control;
 pub mod error;
 pub mod functions;

@@ -16,7 +16,7 @@ use crate::{Particle, Rigid, Wrench};
 use nalgebra::{RealField, Vector3, Vector6, convert};
 
 /// A body of a world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Body {
     pub(crate) kind: BodyKind,
@@ -471,12 +471,12 @@ impl<R: RealField + Copy> World<R> {
         Ok(Body { kind, entry, generation: self.bodies[entry].generation })
     }
 
-    fn place(&self, body: Body) -> Result<Place, Error> {
+    pub(crate) fn place(&self, body: Body) -> Result<Place, Error> {
         let entry = self.bodies.get(body.entry).filter(|entry| entry.generation == body.generation);
         entry.and_then(|entry| entry.place).ok_or(Error::UnknownHandle)
     }
 
-    fn force_place(&self, force: Force) -> Result<(usize, usize, usize), Error> {
+    pub(crate) fn force_place(&self, force: Force) -> Result<(usize, usize, usize), Error> {
         let entry = self.forces.get(force.entry).filter(|entry| entry.generation == force.generation);
         entry.and_then(|entry| entry.place).ok_or(Error::UnknownHandle)
     }
