@@ -115,6 +115,13 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
         text.push_str(&body(&dialect, schedule, "        ", zero));
         text.push_str(&format!("        for lane in 0..{} {{\n", kernel.lanes));
         let dialect = Rust::new(signature, precision, 12, kernel.lanes);
+        let read = reads(schedule).extras;
+        for (index, _) in
+            signature.given_extras().filter(|(k, extra)| read[*k] && extra.ty != ParameterType::Real)
+        {
+            let name = &dialect.names.extras[index];
+            text.push_str(&format!("            let {name} = {name}.map(|entry| entry[lane]);\n"));
+        }
         text.push_str(&body(&dialect, schedule, "            ", |statement| !zero(statement)));
         text.push_str("        }\n");
     } else {
