@@ -86,8 +86,9 @@ fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str, 
     for index in indices(&parameter.ty.extents(), slot.offset) {
         path.push_str(&format!("[{index}]"));
     }
-    // A lone extra is the same for all.
-    let shared = signature.extra(slot).is_some() && parameter.ty == ParameterType::Real;
+    // A lone extra is the same for all; of another, Rust's loop has a copy of its own.
+    let own = parameter.ty == ParameterType::Real || arrow == ".";
+    let shared = signature.extra(slot).is_some() && own;
     if shared { path } else { path + lane }
 }
 

@@ -119,6 +119,13 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
         text.push_str(&body(&dialect, schedule, zeros, "        "));
         text.push_str(&format!("        for lane in 0..{} {{\n", kernel.lanes));
         let dialect = Rust::new(signature, precision, 12, kernel.lanes);
+        let read = reads(schedule, &schedule.statements).extras;
+        for (index, _) in
+            signature.given_extras().filter(|(k, extra)| read[*k] && extra.ty != ParameterType::Real)
+        {
+            let name = &dialect.names.extras[index];
+            text.push_str(&format!("            let {name} = {name}.map(|entry| entry[lane]);\n"));
+        }
         text.push_str(&body(&dialect, schedule, rest, "            "));
         text.push_str("        }\n");
     } else if sections.len() == 1 {
