@@ -2,7 +2,9 @@
 //!
 //! The benchmark `compile_time` and the test `time_per_node` both read them.
 
+pub mod count;
 pub mod kernels;
+pub mod peers;
 
 use forcec::compile::{Compiled, compile};
 use forcec::span::Source;
