@@ -218,42 +218,51 @@ class Model:
             result.append([total(t) for t in terms])
         return result
 
-    def function(self, name, *arguments):
-        return self.tool.function(name, *arguments)
+    def inverse(self, name, x):
+        """1 / x, with D = -D x / x^2."""
+        if not self.chained:
+            return 1 / x
+        row = self.differentiate([x])[0]
+        symbol = self.tool.symbol(name)
+        self.kernel.named.append((symbol, 1 / x))
+        self.track(symbol, {i: -times(times(symbol, symbol), y) for i, y in enumerate(row) if not is_zero(y)})
+        return symbol
+
+    def log(self, name, x):
+        value = self.tool.function("log", x)
+        if not self.chained:
+            return value
+        inverse = self.inverse(f"inverse_{name}", x)
+        return self.name(name, value, {i: times(y, inverse) for i, y in enumerate(self.differentiate([x])[0])})
+
+    def atan2(self, name, y, x):
+        value = self.tool.function("atan2", y, x)
+        if not self.chained:
+            return value
+        inverse = self.inverse(f"inverse_{name}", x * x + y * y)
+        dy, dx = self.differentiate([y, x])
+        row = [times(total((times(x, p), times(-1, times(y, q)))), inverse) for p, q in zip(dy, dx)]
+        return self.name(name, value, dict(enumerate(row)))
 
     def norm(self, name, v):
-        """|v|; a chain knows its derivative n·dv, n the direction."""
-        length = self.function("sqrt", dot(v, v))
+        """|v|, with D |v| = n·D v and D n = (D v - n (n·D v)) / |v|, n the direction."""
+        length = self.tool.function("sqrt", dot(v, v))
         if not self.chained:
             return length
-        length_symbol = self.tool.symbol(name)
-        self.kernel.named.append((length_symbol, length))
-        inverse = self.tool.symbol(f"inverse_{name}")
-        self.kernel.named.append((inverse, 1 / length_symbol))
         columns = self.differentiate(list(v))
-        # the direction n = v / |v|; D n = (D v - n (n·D v)) / |v|
+        symbol, inverse = self.tool.symbol(name), self.tool.symbol(f"inverse_{name}")
         n = V(self.tool.symbol(f"n_{name}_{k}") for k in range(3))
-        for k in range(3):
-            self.kernel.named.append((n[k], v[k] * inverse))
+        self.kernel.named += [(symbol, length), (inverse, 1 / symbol), *((n[k], v[k] * inverse) for k in range(3))]
         row = [total(times(n[k], columns[k][i]) for k in range(3)) for i in range(self.freedoms)]
-        held = {}
-        for i in self.active:
-            if is_zero(row[i]):
-                continue
-            held[i] = row[i]
-            if not self.tool.is_simple(row[i]):
-                held[i] = self.tool.symbol(f"d_{name}_{i}")
-                self.kernel.named.append((held[i], row[i]))
+        held = {i: self.temporary(f"d_{name}_{i}", row[i]) for i in self.active if not is_zero(row[i])}
         for k in range(3):
             self.track(n[k], {i: times(total((columns[k][i], -times(n[k], x))), inverse) for i, x in held.items()})
-        self.track(length_symbol, held)
+        self.track(symbol, held)
         self.track(inverse, {i: -times(times(inverse, inverse), x) for i, x in held.items()})
         for i, x in held.items():
-            if not self.tool.is_simple(x) or any(x is n[k] for k in range(3)):
-                derivative = self.differentiate([row[i]])[0]
-                if x is not row[i]:
-                    self.track(x, {j: y for j, y in enumerate(derivative) if not is_zero(y)})
-        return length_symbol
+            if x is not row[i]:
+                self.track(x, {j: y for j, y in enumerate(self.differentiate([row[i]])[0]) if not is_zero(y)})
+        return symbol
 
     def penalty(self, rows, bodies):
         """F = -J^T (ks C + kd J V)."""
@@ -342,7 +351,7 @@ def neo_hookean(m, p0, p1, p2, p3, inverse_rest, volume, mu, lambda_):
     f = [m.name(f"f{c}", e[0] * inverse_rest[0][c] + e[1] * inverse_rest[1][c] + e[2] * inverse_rest[2][c])
          for c in range(3)]
     stretch = sum(dot(column, column) for column in f)
-    log_j = m.name("log_j", m.function("log", m.name("j", dot(f[0], m.name("k", cross(f[1], f[2]))))))
+    log_j = m.log("log_j", m.name("j", dot(f[0], m.name("k", cross(f[1], f[2])))))
     return volume * (0.5 * mu * (stretch - 3) - mu * log_j + 0.5 * lambda_ * log_j * log_j)
 
 
@@ -350,7 +359,7 @@ def dihedral(m, p0, p1, p2, p3, stiffness, rest_angle):
     edge, side_a, side_b = edges(m, p0, p1, p2, p3)
     na, nb = m.name("na", cross(edge, side_a)), m.name("nb", cross(side_b, edge))
     y = m.name("y", m.norm("length", edge) * dot(side_b, na))
-    turn = m.name("turn", m.function("atan2", y, m.name("x", dot(na, nb))) - rest_angle)
+    turn = m.atan2("angle", y, m.name("x", dot(na, nb))) - rest_angle
     return 0.5 * stiffness * turn * turn
 
 
@@ -409,14 +418,15 @@ def signature(symbol, kernel):
 
 
 def write_all(tool, version, generate, ending="c", formulations=FORMULATIONS):
-    """A tool's command line: FOLDER [KERNEL ...]. `generate(symbol, kernel, formulation)` returns the text of a file."""
+    """A tool's command line: FOLDER [KERNEL ...] [--formulation NAME ...]. `generate(symbol, kernel, formulation)` returns the text of a file."""
     parser = argparse.ArgumentParser(description=f"kernels by {tool}")
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("kernels", nargs="*")
+    parser.add_argument("--formulation", choices=formulations, action="append")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     for kernel in options.kernels or PROBLEMS:
-        for formulation in formulations:
+        for formulation in options.formulation or formulations:
             symbol = f"{tool.lower()}_{formulation}_{kernel}"
             start = time.perf_counter()
             text = generate(symbol, kernel, formulation)

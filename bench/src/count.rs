@@ -2,8 +2,8 @@
 //!
 //! In: texts, and the name of a function in them. Out: additions, multiplications, divisions, roots, negations and calls
 //! of the function and, as often as they are called, of those functions whose text is there too. Indices, pointers,
-//! heads of `if` and tests of a pointer before a load are no operations, nor is a quotient of two literals. Loops are not
-//! followed: for code that has none.
+//! heads of `if` and `for` and tests of a pointer before a load are no operations, nor is a quotient of two literals. What is in
+//! a loop counts once: those in kernels only copy and negate.
 
 use forcec::scalar::Operations;
 use std::collections::BTreeMap;
@@ -139,11 +139,19 @@ fn tokens(text: &str) -> Vec<Token> {
             result.push(Token::Sign(first));
         }
         rest = &rest[length..];
+        // `Scalar(2)` is a literal.
+        if let [.., Token::Word(cast), Token::Sign('('), Token::Number, Token::Sign(')')] = &result[..]
+            && cast == "Scalar"
+        {
+            result.truncate(result.len() - 4);
+            result.push(Token::Number);
+        }
     }
     result
 }
 
-const TYPES: [&str; 8] = ["double", "float", "const", "void", "int", "casadi_real", "casadi_int", "auto"];
+const TYPES: [&str; 9] =
+    ["double", "float", "Scalar", "const", "void", "int", "casadi_real", "casadi_int", "auto"];
 
 fn operations(tokens: &[Token], known: &BTreeMap<&str, Operations>) -> Operations {
     let mut count = Operations::default();
@@ -161,13 +169,13 @@ fn operations(tokens: &[Token], known: &BTreeMap<&str, Operations>) -> Operation
             Token::Sign('[') => index += 1,
             Token::Sign(']') => index -= 1,
             _ if index > 0 => {}
-            Token::Word(word) if word == "if" => at = closing(tokens, at + 1),
-            Token::Word(word) if after == Some(&Token::Sign('(')) => {
-                match (word.as_str(), known.get(word.as_str())) {
-                    (_, Some(inner)) => count += *inner,
-                    ("sqrt", _) => count.sqrt += 1,
-                    ("return" | "sizeof", _) => {}
-                    (name, _) if TYPES.contains(&name) => {}
+            Token::Word(word) if word == "if" || word == "for" => at = closing(tokens, at + 1),
+            Token::Word(word) if known.contains_key(word.as_str()) => count += known[word.as_str()],
+            Token::Word(word) if after == Some(&Token::Sign('(')) && !is_index(&tokens[at + 2..]) => {
+                match word.as_str() {
+                    "sqrt" => count.sqrt += 1,
+                    "return" | "sizeof" => {}
+                    name if TYPES.contains(&name) => {}
                     _ => count.call += 1,
                 }
             }
@@ -182,6 +190,13 @@ fn operations(tokens: &[Token], known: &BTreeMap<&str, Operations>) -> Operation
         at += 1;
     }
     count
+}
+
+/// Are these, which follow a bracket, nothing or literals up to the bracket that closes it? Such is `m(0, 1)`, an entry
+/// of a matrix in C++.
+fn is_index(tokens: &[Token]) -> bool {
+    let mut inside = tokens.iter().skip_while(|token| matches!(token, Token::Number | Token::Sign(',')));
+    inside.next() == Some(&Token::Sign(')'))
 }
 
 /// The place of the bracket that closes the one at `open`.
@@ -209,7 +224,7 @@ mod tests {
         let text = "#define X(a) a*a\n/* 1 + 1 */\nstatic double square(double x) { return x*x;}\n\
                     int f(const double** arg, double** res) {\n  double w0, *rr;\n  w0=(arg[0]? arg[0][1+2] : 0);\n  \
                     if (res[0]!=0) res[0][0]=square(w0)-sqrt(-w0);\n\n  // none - at all\n  \
-                    res[1][2]=1.0/2.0*w0/(3e-5 + w0)+pow(w0, -2.);\n  res[1][0]=(double)-square(square(w0));\n  return 0;\n}\n";
+                    res[1][2]=1.0/2.0*w0/(3e-5 + w0)+pow(w0, -2.);\n  res[1][0]=-square(square(w0));\n  return 0;\n}\n";
         let size = size(&[text], "f");
         let count = size.operations;
         assert_eq!((count.add, count.mul, count.div), (3, 4, 1), "{count:?}");
