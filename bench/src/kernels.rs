@@ -211,7 +211,9 @@ fn build(plan: &Plan, folder: &Path, files: &[(File, Compiled)], kernels: &[(&st
     rustc.args(["--edition", "2024", "--crate-type", "staticlib"]).args(RUST_FLAGS.split(' '));
     run(rustc.args(["kernels.rs", "-o", "libkernels.a"]), folder);
     let mut gcc = Command::new("gcc");
-    run(gcc.args(&objects).args(["libkernels.a", "-lm", "-lpthread", "-ldl", "-o", "driver"]), folder);
+    // A library by its full path is found again when the program runs.
+    gcc.args(&objects).args(crate::peers::libraries(&plan.peers));
+    run(gcc.args(["libkernels.a", "-lm", "-lpthread", "-ldl", "-o", "driver"]), folder);
     let states: Vec<u8> = kernels.iter().flat_map(|(_, stages, _)| states(stages)).collect();
     std::fs::write(folder.join("states"), states).expect("a file of states");
 }

@@ -10,6 +10,7 @@ use forcec::Effort;
 use forcec::identifiers::Target;
 use forcec::kernel::{File, Precision};
 use forcec::span::Source;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -30,11 +31,12 @@ pub struct Peer {
     pub symbol: String,
     /// Where it stands.
     pub source: PathBuf,
-    /// Seconds the tool took, as its script measured them.
-    pub generation: f64,
+    /// Seconds the tool took, as its script measured them; none for a library, whose work is done in the run.
+    pub generation: Option<f64>,
 }
 
-/// Reads the first lines of the files: `/* TOOL | VERSION | FORMULATION | KERNEL | SECONDS s */`.
+/// Reads the first lines of the files: `/* TOOL | VERSION | FORMULATION | KERNEL | SECONDS s */`; a library has `-` for
+/// the seconds, and its file only calls what stands in a `.so` of the folder.
 pub fn read(folder: &Path) -> Result<Vec<Peer>, String> {
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
@@ -55,8 +57,21 @@ fn peer(path: &Path) -> Option<Peer> {
         kernel: parts.next()?,
         symbol: path.file_stem()?.to_str()?.to_owned(),
         source: path.canonicalize().ok()?,
-        generation: parts.next()?.parse().ok()?,
+        generation: match parts.next()?.as_str() {
+            "-" => None,
+            seconds => Some(seconds.parse().ok()?),
+        },
     })
+}
+
+/// Libraries that the files call.
+pub fn libraries(peers: &[Peer]) -> Vec<PathBuf> {
+    let folders: BTreeSet<&Path> = peers.iter().filter_map(|peer| peer.source.parent()).collect();
+    let files = folders.into_iter().filter_map(|folder| std::fs::read_dir(folder).ok()).flatten();
+    let mut paths: Vec<PathBuf> = files.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "so"));
+    paths.sort();
+    paths
 }
 
 /// A row with what the code cost.
@@ -68,8 +83,8 @@ pub struct Line {
     pub size: Option<Size>,
     /// Seconds until the code was there; none for a person.
     pub generation: Option<f64>,
-    /// Seconds in gcc or rustc.
-    pub compilation: f64,
+    /// Seconds in gcc or rustc; none for a library.
+    pub compilation: Option<f64>,
 }
 
 /// Seconds of the quickest of three.
@@ -124,13 +139,12 @@ fn line(plan: &Plan, row: Row, library: &[Source], folder: &Path) -> Line {
     let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("hand/hand.h");
     let shared = std::fs::read_to_string(shared).expect("the header of the kernels by hand");
     let texts: &[&str] = if row.maker.name == "hand" { &[&shared, &text] } else { &[&text] };
-    let size = match row.maker.name.as_str() {
-        "Rust" => None,
-        _ => Some(size(texts, &row.maker.symbol)),
-    };
+    let peer = plan.peers.iter().find(|peer| peer.symbol == row.maker.symbol);
+    let library = peer.is_some_and(|peer| peer.generation.is_none());
+    let size = (row.maker.name != "Rust" && !library).then(|| size(texts, &row.maker.symbol));
     let own = row.maker.source.is_none().then_some(generation);
-    let of_peer = plan.peers.iter().find(|peer| peer.symbol == row.maker.symbol).map(|peer| peer.generation);
-    Line { row, size, generation: own.or(of_peer), compilation }
+    let generation = own.or(peer.and_then(|peer| peer.generation));
+    Line { row, size, generation, compilation: (!library).then_some(compilation) }
 }
 
 /// The rows of a kernel, the quickest first and what is wrong last.
@@ -199,7 +213,8 @@ pub fn table(lines: &[Line]) -> String {
                 None => write!(text, " | | | | | |"),
             };
             let generation = line.generation.map_or(String::new(), |seconds| format!("{seconds:.3}"));
-            let _ = writeln!(text, " {generation} | {:.2} |", line.compilation);
+            let compilation = line.compilation.map_or(String::new(), |seconds| format!("{seconds:.2}"));
+            let _ = writeln!(text, " {generation} | {compilation} |");
         }
     }
     text
@@ -219,10 +234,11 @@ pub fn csv(lines: &[Line]) -> String {
             format!("{},{},{},{},{},{},{lines}", o.add, o.mul, o.div, o.sqrt, o.call, o.neg)
         });
         let generation = line.generation.map_or(String::new(), |seconds| seconds.to_string());
+        let compilation = line.compilation.map_or(String::new(), |seconds| seconds.to_string());
         let _ = writeln!(
             text,
-            "{},{},{},{time},{ratio},{:e},{size},{generation},{}",
-            row.kernel, maker.name, maker.formulation, row.error, line.compilation
+            "{},{},{},{time},{ratio},{:e},{size},{generation},{compilation}",
+            row.kernel, maker.name, maker.formulation, row.error
         );
     }
     text
