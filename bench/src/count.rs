@@ -95,15 +95,16 @@ fn collect(text: &str, functions: &mut BTreeMap<String, Function>) {
         });
         let Some(body) = body else { return };
         // A namespace is entered, everything else passed over.
-        let head = head.rsplit([';', '}']).next().unwrap_or(head).trim();
+        let head = head.rsplit([';', '}']).next().unwrap_or(head).trim_start();
         if head.starts_with("namespace") || head.is_empty() {
             rest = &rest[open + 1..];
             continue;
         }
-        if head.ends_with(')') {
+        if head.trim_end().ends_with(')') {
             let name = head.split_once('(').map_or("", |(name, _)| name.trim_end());
             let name = name.rsplit(|c: char| !c.is_ascii_alphanumeric() && c != '_').next().unwrap_or("");
-            let lines = head.lines().chain(body.lines()).filter(|line| !line.trim().is_empty()).count();
+            let whole = format!("{head}{body}");
+            let lines = whole.lines().filter(|line| !line.trim().is_empty()).count();
             functions.insert(name.to_owned(), Function { tokens: tokens(body), lines });
         }
         rest = &rest[open + body.len()..];

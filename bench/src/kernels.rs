@@ -12,9 +12,11 @@ use forcec::identifiers::{Target, kernel_name};
 use forcec::kernel::{File, Precision};
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 /// Kernels that are written by hand too, in `bench/hand`.
 pub const BY_HAND: [&str; 3] = ["point_to_point", "distance", "spring"];
@@ -117,6 +119,8 @@ pub struct Row {
     /// The largest error over all states, against the program in 320 bits, relative to the largest entry of the same
     /// part of the output.
     pub error: f64,
+    /// Seconds in the compiler; none for what is compiled with other kernels.
+    pub compilation: Option<f64>,
 }
 
 /// Measures. What is built is left in `folder`. Panics when a compiler or the driver fails.
@@ -134,7 +138,7 @@ pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
         .into_iter()
         .map(|(stem, stages)| (stem, stages, Maker::all(plan, &stages.kernel.name)))
         .collect();
-    build(plan, folder, &files, &kernels);
+    let seconds = build(plan, folder, &files, &kernels);
     let answer = run(Command::new(folder.join("driver")).arg("states").arg(plan.rounds.to_string()), folder);
     let mut rows = Vec::new();
     for (index, (_, stages, makers)) in kernels.iter().enumerate() {
@@ -159,6 +163,7 @@ pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
                 ratio: against("hand"),
                 to_ours: against("C"),
                 error: values("error", place)[0],
+                compilation: seconds.get(&maker.symbol).copied(),
             });
         }
     }
@@ -176,8 +181,13 @@ fn printable(compiled: Compiled) -> (File, Compiled) {
     (file, compiled)
 }
 
-/// Writes `driver` and `states` into the folder.
-fn build(plan: &Plan, folder: &Path, files: &[(File, Compiled)], kernels: &[(&str, &Stages, Vec<Maker>)]) {
+/// Writes `driver` and `states` into the folder. Returns the seconds each object in C took.
+fn build(
+    plan: &Plan,
+    folder: &Path,
+    files: &[(File, Compiled)],
+    kernels: &[(&str, &Stages, Vec<Maker>)],
+) -> BTreeMap<String, f64> {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a file to build");
     let used: Vec<&File> = files
         .iter()
@@ -192,8 +202,9 @@ fn build(plan: &Plan, folder: &Path, files: &[(File, Compiled)], kernels: &[(&st
         }
     }
     let mut objects = Vec::new();
+    let mut seconds = BTreeMap::new();
     let mut compile = |source: &Path, name: &str| {
-        compile(plan, folder, source, name);
+        seconds.insert(name.to_owned(), compile(plan, folder, source, name));
         objects.push(format!("{name}.o"));
     };
     for file in &used {
@@ -216,10 +227,12 @@ fn build(plan: &Plan, folder: &Path, files: &[(File, Compiled)], kernels: &[(&st
     run(gcc.args(["libkernels.a", "-lm", "-lpthread", "-ldl", "-o", "driver"]), folder);
     let states: Vec<u8> = kernels.iter().flat_map(|(_, stages, _)| states(stages)).collect();
     std::fs::write(folder.join("states"), states).expect("a file of states");
+    seconds
 }
 
-/// Compiles a file in C or C++ to `NAME.o`.
-pub fn compile(plan: &Plan, folder: &Path, source: &Path, name: &str) {
+/// Compiles a file in C or C++ to `NAME.o` and returns how many seconds that took.
+pub fn compile(plan: &Plan, folder: &Path, source: &Path, name: &str) -> f64 {
+    let start = Instant::now();
     let cpp = source.extension().is_some_and(|ending| ending == "cc");
     let mut compiler = Command::new(if cpp { "g++" } else { "gcc" });
     compiler.args(&plan.flags).arg("-I.");
@@ -227,6 +240,7 @@ pub fn compile(plan: &Plan, folder: &Path, source: &Path, name: &str) {
         compiler.arg("-isystem").arg(beside.join("include"));
     }
     run(compiler.arg("-c").arg(source).args(["-o", &format!("{name}.o")]), folder);
+    start.elapsed().as_secs_f64()
 }
 
 /// The regular states a kernel is called at, in memory order, and after all of them what it computes in 320 bits.
