@@ -73,7 +73,11 @@ fn answer(Request { plan, csv, document }: &Request) -> Result<(), String> {
         if let Some(path) = document {
             let old =
                 std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-            let blocks = [("peers-setting", heading), ("peers-summary", summary), ("peers", table)];
+            let blocks = [
+                ("peers-setting", format!("```text\n{heading}```\n")),
+                ("peers-summary", summary),
+                ("peers", table),
+            ];
             write(path, peers::print_into(&old, &blocks)?)?;
         }
     }
