@@ -3,7 +3,7 @@
 //! In: a kernel that is written by hand too. Out: a [`Row`] for each way to lay it out and each target. Every variant is
 //! a folder of its own: what forcec prints, and a unit that reads states as the variant wants them and calls it at each.
 
-use crate::kernels::{FLAGS, Maker, RUST_FLAGS, STATES, Spread, printable, run};
+use crate::kernels::{FLAGS, RUST_FLAGS, STATES, Spread, printable, run};
 use crate::{compile_all, library};
 use forcec::bodies::Signature;
 use forcec::compile::{Request, Stages, compile};
@@ -54,7 +54,7 @@ pub struct Row {
     /// Its name.
     pub variant: &'static str,
     /// Who wrote it.
-    pub maker: Maker,
+    pub maker: &'static str,
     /// Nanoseconds an instance.
     pub time: Spread,
     /// Round by round, the time divided by that of the dense kernel by hand.
@@ -78,9 +78,9 @@ pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
         }
         std::fs::write(own.join("states"), states(&stages, variant)).expect("a file of states");
         let symbol = kernel_name(&stages.kernel.name, Target::C, &format!("_{}", variant.precision));
-        let mut makers = vec![(Maker::C, format!("v{index}_c")), (Maker::Rust, format!("v{index}_rust"))];
+        let mut makers = vec![("C", format!("v{index}_c")), ("Rust", format!("v{index}_rust"))];
         if index == 0 {
-            makers.insert(0, (Maker::Hand, format!("hand_{kernel}")));
+            makers.insert(0, ("hand", format!("hand_{kernel}")));
         }
         let mut gcc = |folder: &str, source: &str, object: &str, defines: &[String]| {
             let mut gcc = Command::new("gcc");
@@ -122,7 +122,7 @@ pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
         values.map(|value| value.parse::<f64>().expect("a number of the driver") / STATES as f64).collect()
     };
     let hand = times(0);
-    let row = |(place, (variant, maker)): (usize, (&'static str, Maker))| {
+    let row = |(place, (variant, maker)): (usize, (&'static str, &'static str))| {
         let own = times(place);
         let quotients = own.iter().zip(&hand).map(|(x, y)| x / y).collect();
         Row { variant, maker, time: Spread::of(own), ratio: Spread::of(quotients) }

@@ -3,8 +3,10 @@
 //! The benchmark `compile_time` and the test `time_per_node` both read them.
 
 pub mod catalogue;
+pub mod count;
 pub mod kernels;
 pub mod layouts;
+pub mod peers;
 pub mod picture;
 pub mod precision;
 pub mod run;

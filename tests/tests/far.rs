@@ -48,8 +48,10 @@ fn errors<N: Number + Copy + Into<f64>>(
     errors.iter().all(|x| x.is_finite()).then_some(errors)
 }
 
-/// The precisions: name, unit of rounding, errors, and how inputs are rounded.
-const PRECISIONS: [(&str, f64, Errors, fn(f64) -> f64); 2] = [
+/// A precision: its name, its unit of rounding, errors in it, and how inputs are rounded.
+type Precise = (&'static str, f64, Errors, fn(f64) -> f64);
+
+const PRECISIONS: [Precise; 2] = [
     (
         "f32",
         f32::EPSILON as f64 / 2.0,

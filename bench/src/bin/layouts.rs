@@ -24,11 +24,7 @@ fn main() -> ExitCode {
         let (time, ratio) = (row.time.median, row.ratio);
         println!(
             "| {} | {} | {time:.1} | {:.3} | {:.3} … {:.3} |",
-            row.variant,
-            row.maker.name(),
-            ratio.median,
-            ratio.low,
-            ratio.high
+            row.variant, row.maker, ratio.median, ratio.low, ratio.high
         );
     }
     ExitCode::SUCCESS
