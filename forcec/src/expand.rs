@@ -6,16 +6,14 @@
 //! keep completing in them.
 
 use crate::Effort;
-use crate::bodies::{BodyKind, Signature};
 use crate::compile::{Request, Stages, compile_file};
-use crate::definition::Law;
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::identifiers::{Arguments, Target};
 use crate::kernel::Precision;
 use crate::outputs::Part;
 use crate::span::{Source, Span};
 use crate::syntax::{self, ast};
 use crate::targets::rust::{kernel_module, module_name};
+use crate::ties::ties;
 use proc_macro2::{Delimiter, Group, Ident, Literal, Spacing, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
 use std::collections::HashMap;
@@ -402,187 +400,6 @@ fn kernels(
             #modules
             #values
         }
-    }
-}
-
-/// The implementation of the runtime's traits by a kernel.
-fn ties(function: &Stages, value: Option<&Stages>, precision: Precision) -> TokenStream {
-    let kernel = &function.kernel;
-    let signature = &kernel.schedule.signature;
-    let module = format_ident!("{}", module_name(kernel, precision));
-    let real = format_ident!("{}", precision.name());
-    let count = signature.bodies.len();
-    let kinds = signature.bodies.iter().map(|body| format_ident!("{}", body.kind.row().name));
-    let arguments = signature.bodies.iter().enumerate().map(|(k, body)| {
-        let array = format_ident!("{}", if body.kind == BodyKind::RIGID { "rigid" } else { "particles" });
-        quote!(&bodies.#array[indices[#k]],)
-    });
-    let measure = value.map(|value| measure(value, &arguments.clone().collect::<Vec<_>>(), precision));
-    let numbers = numbers(function, precision);
-    let (params, pass, knows) = if !signature.has_given() {
-        (quote!(()), quote!(), quote!())
-    } else {
-        let knows = quote! {
-            impl ::forcec_runtime::Parameters for #module::Params {
-                type Kernel = #module::Output;
-            }
-        };
-        (quote!(#module::Params), quote!(params,), knows)
-    };
-    let unused = if !signature.has_given() { quote!(_params) } else { quote!(params) };
-    quote! {
-        impl ::forcec_runtime::Kernel for #module::Output {
-            type Real = #real;
-            type Params = #params;
-            type Indices = [usize; #count];
-            const NAME: &'static str = #module::NAME;
-            const BODIES: &'static [::forcec_runtime::BodyKind] = &[#(::forcec_runtime::BodyKind::#kinds),*];
-            const FREEDOMS: usize = #module::FREEDOMS;
-            const DFDX_NONZERO: &'static [&'static str] = &#module::DFDX_NONZERO;
-            const DFDV_NONZERO: &'static [&'static str] = &#module::DFDV_NONZERO;
-
-            fn evaluate(
-                &mut self,
-                bodies: &::forcec_runtime::Bodies<'_, #real>,
-                indices: [usize; #count],
-                #unused: &#params,
-            ) {
-                #module::evaluate(#(#arguments)* #pass self);
-            }
-
-            fn force(&self) -> &[#real] {
-                &self.force
-            }
-
-            fn dfdx(&self) -> &[#real] {
-                self.dfdx.as_flattened()
-            }
-
-            fn dfdv(&self) -> &[#real] {
-                self.dfdv.as_flattened()
-            }
-
-            #measure
-            #numbers
-        }
-        #knows
-    }
-}
-
-/// What a constraint or an energy adds to what a world measures.
-fn measure(value: &Stages, arguments: &[TokenStream], precision: Precision) -> TokenStream {
-    let signature = &value.kernel.schedule.signature;
-    let module = format_ident!("{}", module_name(&value.kernel, precision));
-    let real = format_ident!("{}", precision.name());
-    let count = signature.bodies.len();
-    let names = field_names(signature);
-    let pass =
-        signature.has_given().then(|| quote!(&values::#module::Params { #(#names: params.#names),* },));
-    let (unused, params) = if pass.is_some() {
-        (quote!(params), quote!(#module::Params))
-    } else {
-        (quote!(_params), quote!(()))
-    };
-    let result = match value.definition.law {
-        Law::Constraint { unilateral, per_row, .. } => {
-            let side = unilateral.then(|| quote!(.min(0.0)));
-            let stiffness = if per_row { quote!(params.stiffness[row]) } else { quote!(params.stiffness) };
-            let rows = if per_row { quote!((row, value)) } else { quote!(value) };
-            let each = per_row.then(|| quote!(.enumerate()));
-            quote! {
-                let mut measure = ::forcec_runtime::Measure::<#real>::default();
-                for #rows in out.value.into_iter()#each {
-                    let value: #real = value #side;
-                    measure.energy += 0.5 * #stiffness * value * value;
-                    measure.gap = measure.gap.max(value.abs());
-                }
-                measure
-            }
-        }
-        _ => quote!(::forcec_runtime::Measure { energy: out.value[0], gap: 0.0 }),
-    };
-    quote! {
-        const HAS_POTENTIAL: bool = true;
-
-        fn measure(
-            bodies: &::forcec_runtime::Bodies<'_, #real>,
-            indices: [usize; #count],
-            #unused: &#params,
-        ) -> ::forcec_runtime::Measure<#real> {
-            let mut out = values::#module::Output::default();
-            values::#module::evaluate(#(#arguments)* #pass &mut out);
-            #result
-        }
-    }
-}
-
-/// Parameters as a list of numbers and back.
-fn numbers(function: &Stages, precision: Precision) -> TokenStream {
-    let kernel = &function.kernel;
-    let signature = &kernel.schedule.signature;
-    let module = format_ident!("{}", module_name(kernel, precision));
-    let real = format_ident!("{}", precision.name());
-    if !signature.has_given() {
-        return quote! {
-            fn write_params(_params: &(), _numbers: &mut ::std::vec::Vec<#real>) {}
-
-            fn read_params(_numbers: &mut dyn ::core::iter::Iterator<Item = #real>) -> ::core::option::Option<()> {
-                ::core::option::Option::Some(())
-            }
-        };
-    }
-    let names = field_names(signature);
-    let writes = signature.given().zip(&names).map(|((_, parameter), name)| {
-        let flat = parameter.ty.extents().iter().skip(1).map(|_| quote!(.as_flattened())).collect::<Vec<_>>();
-        match parameter.ty.extents().len() {
-            0 => quote!(numbers.push(params.#name);),
-            _ => quote!(numbers.extend_from_slice((&params.#name[..]) #(#flat)*);),
-        }
-    });
-    let writes = writes.collect::<Vec<_>>();
-    let reads = signature.given().zip(&names).map(|((_, parameter), name)| {
-        let empty = parameter.ty.extents().iter().rev().fold(quote!(0.0), |inner, &n| {
-            let n = n as usize;
-            quote!([#inner; #n])
-        });
-        let flat =
-            parameter.ty.extents().iter().skip(1).map(|_| quote!(.as_flattened_mut())).collect::<Vec<_>>();
-        let fill = match parameter.ty.extents().len() {
-            0 => quote!(params.#name = numbers.next()?;),
-            _ => quote! {
-                for number in params.#name #(#flat)* .iter_mut() {
-                    *number = numbers.next()?;
-                }
-            },
-        };
-        (quote!(#name: #empty), fill)
-    });
-    let (empty, fill): (Vec<TokenStream>, Vec<TokenStream>) = reads.unzip();
-    quote! {
-        fn write_params(params: &#module::Params, numbers: &mut ::std::vec::Vec<#real>) {
-            #(#writes)*
-        }
-
-        fn read_params(
-            numbers: &mut dyn ::core::iter::Iterator<Item = #real>,
-        ) -> ::core::option::Option<#module::Params> {
-            let mut params = #module::Params { #(#empty),* };
-            #(#fill)*
-            ::core::option::Option::Some(params)
-        }
-    }
-}
-
-/// The fields of the parameters that a kernel is given.
-fn field_names(signature: &Signature) -> Vec<Ident> {
-    let names = Arguments::new(signature, Target::Rust).parameters;
-    signature.given().map(|(index, _)| identifier(&names[index])).collect()
-}
-
-fn identifier(name: &str) -> Ident {
-    match name.strip_prefix("r#") {
-        Some(raw) => Ident::new_raw(raw, proc_macro2::Span::call_site()),
-        None => format_ident!("{name}"),
     }
 }
 

@@ -36,6 +36,8 @@ pub mod specialize;
 pub mod syntax;
 pub mod targets;
 pub mod text;
+#[cfg(feature = "expand")]
+mod ties;
 pub mod vector;
 #[cfg(feature = "verify")]
 pub mod verify;

@@ -26,7 +26,7 @@ const VOCABULARY: [&str; 18] = [
 ];
 
 /// The pipeline, in order: a module, and the earlier ones that it imports besides the vocabulary.
-const PIPELINE: [(&str, &[&str]); 15] = [
+const PIPELINE: [(&str, &[&str]); 16] = [
     ("syntax", &[]),
     ("check", &["syntax"]),
     ("derive", &[]),
@@ -38,7 +38,8 @@ const PIPELINE: [(&str, &[&str]); 15] = [
     ("targets", &["kernel", "schedule"]),
     ("compile", &["syntax", "check", "derive", "formula", "optimize", "schedule", "kernel"]),
     ("library", &["kernel", "targets", "compile"]),
-    ("expand", &["syntax", "kernel", "targets", "compile"]),
+    ("ties", &["kernel", "targets", "compile"]),
+    ("expand", &["syntax", "kernel", "targets", "compile", "ties"]),
     ("files", &["syntax", "kernel", "targets", "compile"]),
     ("build", &["kernel", "compile", "files"]),
     (

@@ -110,7 +110,11 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     }
     let dialect = Rust::new(signature, precision, 8, kernel.lanes);
     let sections = schedule.sections();
-    let parts = if sections.len() > 1 { parts(kernel, &sections, &dialect) } else { String::new() };
+    let parts = if kernel.lanes == 1 && sections.len() > 1 {
+        parts(kernel, &sections, &dialect)
+    } else {
+        String::new()
+    };
     text.push_str(&parts);
     text.push_str("\n    /// Computes every entry of `out`.\n");
     text.push_str(&evaluate_head(kernel, precision));

@@ -1,7 +1,7 @@
 //! Contact between the rigid bodies of a world.
 //!
 //! In go a world and shapes that are fixed to its bodies; before each step [`Collisions::update`] finds which of them touch
-//! and keeps a [`contact::point_contact`] between them at every point where they do:
+//! and keeps a [`point_contact`](contact::point_contact()) between them at every point where they do:
 //!
 //! ```
 //! use forcec_runtime::collision::parry::shape::SharedShape;
