@@ -5,6 +5,7 @@
 //! special functions are spelled here for both.
 
 pub mod c;
+mod parts;
 mod routine;
 pub mod rust;
 

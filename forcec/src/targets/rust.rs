@@ -10,8 +10,8 @@ use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect, together};
-use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Statement, Variable};
+use crate::targets::parts::{arguments, part_name, parts};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
     body, decimal, field_summary, kinds, lane, lane_loop, parameter_summary, reads, rust_body, sentence,
@@ -147,78 +147,6 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
         }
     }
     text.push_str("    }\n}\n");
-    text
-}
-
-fn part_name(index: usize, section: &Section) -> String {
-    format!("{}_{}", section.part, index + 1)
-}
-
-/// An argument of a part of a long kernel: as it is declared, and as it is passed.
-struct Argument {
-    declared: String,
-    passed: String,
-}
-
-/// The arguments that a part needs.
-fn arguments(kernel: &Kernel, section: &Section, dialect: &Rust) -> Vec<Argument> {
-    let schedule = &kernel.schedule;
-    let argument = |declared: String, passed: &str| Argument { declared, passed: passed.to_owned() };
-    let signature = &schedule.signature;
-    let reads = reads(schedule, section.written(schedule));
-    let bodies =
-        signature.bodies.iter().zip(&dialect.names.bodies).zip(reads.bodies).filter(|(_, read)| *read);
-    let bodies = bodies.map(|((body, name), _)| argument(format!("{name}: &{}", body.kind.row().name), name));
-    let mut arguments: Vec<Argument> = bodies.collect();
-    if reads.parameters {
-        arguments.push(argument("params: &Params".to_owned(), "params"));
-    }
-    for (index, extra) in signature.given_extras().filter(|(index, _)| reads.extras[*index]) {
-        let name = &dialect.names.extras[index];
-        arguments.push(argument(extra_argument(extra, name, kernel.lanes, dialect.precision), name));
-    }
-    if section.shares() {
-        let change = if section.hands_on.is_empty() { "" } else { "mut " };
-        arguments.push(argument(format!("shared: &{change}Shared"), &format!("&{change}shared")));
-    }
-    if section.stores {
-        arguments.push(argument("out: &mut Output".to_owned(), "out"));
-    }
-    arguments
-}
-
-/// What stands before a long kernel: the struct of the values that its parts hand on, and the parts.
-fn parts(kernel: &Kernel, sections: &[Section], dialect: &Rust) -> String {
-    let schedule = &kernel.schedule;
-    let space = "        ";
-    let mut text = "\n    /// What parts of the kernel hand on to later ones.\n    #[derive(Default)]\n    struct Shared {\n".to_owned();
-    for name in sections.iter().flat_map(|section| &section.hands_on) {
-        let variable = &schedule.variables[name.index()];
-        let ty = if variable.truth { "bool" } else { dialect.precision.name() };
-        text.push_str(&format!("{space}{}: {ty},\n", variable.name));
-    }
-    text.push_str("    }\n");
-    for (index, section) in sections.iter().enumerate() {
-        let declared = arguments(kernel, section, dialect).into_iter().map(|argument| argument.declared);
-        text.push_str(&format!(
-            "\n    /// Part {} of {}.\n    #[inline(never)]\n",
-            index + 1,
-            sections.len()
-        ));
-        text.push_str(&head(&format!("fn {}", part_name(index, section)), &declared.collect::<Vec<_>>()));
-        let mut lines = Vec::new();
-        for name in &section.takes {
-            let name = &schedule.variables[name.index()].name;
-            lines.extend(dialect.assign(&format!("let {name}"), &format!("shared.{name}")));
-        }
-        lines.iter().for_each(|line| text.push_str(&format!("{space}{line}\n")));
-        text.push_str(&body(dialect, schedule, section.written(schedule), space));
-        for name in &section.hands_on {
-            let name = &schedule.variables[name.index()].name;
-            text.push_str(&format!("{space}shared.{name} = {name};\n"));
-        }
-        text.push_str("    }\n");
-    }
     text
 }
 
@@ -423,7 +351,7 @@ fn array(ty: &ParameterType, precision: Precision, lanes: usize) -> String {
 }
 
 /// The declaration of an extra argument; a lone one is the same for all instances.
-fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
+pub(super) fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
     let (borrowed, lanes) = if extra.ty == ParameterType::Real { ("", 1) } else { ("&", lanes) };
     format!("{name}: {borrowed}{}", array(&extra.ty, precision, lanes))
 }
@@ -449,7 +377,7 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
 }
 
 /// The head of a function of a module.
-fn head(name: &str, arguments: &[String]) -> String {
+pub(super) fn head(name: &str, arguments: &[String]) -> String {
     let line = format!("    {name}({}) {{", arguments.join(", "));
     if line.len() <= WIDTH {
         return format!("{line}\n");
@@ -540,10 +468,10 @@ fn positive(value: &Exact, precision: Precision) -> String {
 }
 
 /// How Rust spells statements, as rustfmt would set them at this indentation.
-struct Rust<'a> {
+pub(super) struct Rust<'a> {
     signature: &'a Signature,
-    names: Arguments,
-    precision: Precision,
+    pub(super) names: Arguments,
+    pub(super) precision: Precision,
     indent: usize,
     lanes: usize,
 }
@@ -562,7 +490,7 @@ impl Rust<'_> {
         }
     }
 
-    fn assign(&self, left: &str, value: &str) -> Vec<String> {
+    pub(super) fn assign(&self, left: &str, value: &str) -> Vec<String> {
         /// rustfmt's `fn_call_width`.
         const CALL: usize = 60;
         let call = format!("{}::mul_add(", self.precision);
