@@ -6,8 +6,8 @@
 //! island is quarantined at the state it had. A method with an estimate of its error chooses its steps by that instead.
 
 use crate::assemble::Guard;
-use crate::island::{Island, Life};
-use crate::methods::Integrator;
+use crate::island::{Energy, Island, Life};
+use crate::methods::{Integrator, Outcome};
 use crate::report::Report;
 use crate::settings::Settings;
 use nalgebra::{RealField, Vector3, convert};
@@ -38,15 +38,14 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn cover(&mut self, h: R, gravity: Vector3<R>, settings: &Settings<R>) -> Report {
         let mut report = Report { awake: 1, ..Report::default() };
         self.save_frame();
-        let lightest = self.store.members.iter().flatten().filter_map(|member| member.inertia());
-        let lightest = lightest.map(|(mass, _)| mass).reduce(|a, b| a.min(b)).unwrap_or(R::one());
-        let cap = lightest * convert::<f64, R>(CAP) / (h * h);
-        let covered = [Guard::None, Guard::SemiDefinite, Guard::Capped(cap)].into_iter().any(|guard| {
-            match guard {
-                Guard::None => {}
-                Guard::SemiDefinite => report.semi_definite = 1,
-                Guard::Capped(_) => report.capped = 1,
-            }
+        let covered = (0..3).any(|backup| {
+            let guard = match backup {
+                0 => Guard::None,
+                1 => Guard::SemiDefinite,
+                _ => Guard::Capped(self.cap(h)),
+            };
+            report.semi_definite = usize::from(backup > 0);
+            report.capped = usize::from(backup > 1);
             let course = Course { h, guard, gravity, settings };
             let covered = match settings.integrator {
                 Integrator::Rodas4 => self.cover_by_error(&course, &mut report),
@@ -62,9 +61,16 @@ impl<R: RealField + Copy> Island<R> {
             self.life = Life::Quarantined;
         }
         let energy = self.energy(gravity);
-        report.energy = as_f64(energy.total) + self.potential_of_origin(gravity);
+        report.energy = energy.in_world(gravity, self.origin);
         report.gap = as_f64(energy.gap);
         report
+    }
+
+    /// The stiffness beyond which forces are scaled down.
+    fn cap(&self, h: R) -> R {
+        let masses = self.store.members.iter().flatten().filter_map(|member| member.inertia());
+        let lightest = masses.map(|(mass, _)| mass).reduce(|a, b| a.min(b)).unwrap_or(R::one());
+        lightest * convert::<f64, R>(CAP) / (h * h)
     }
 
     fn cover_by_halves(&mut self, course: &Course<'_, R>, report: &mut Report) -> bool {
@@ -78,7 +84,7 @@ impl<R: RealField + Copy> Island<R> {
             halve(&mut size, &mut depth, &mut left);
         }
         while left > 0 {
-            if self.try_step(size, course, report).is_some() {
+            if self.try_step(size, course, report).is_ok() {
                 left -= 1;
                 self.control.size = Some(size);
             } else if depth < HALVINGS {
@@ -101,80 +107,92 @@ impl<R: RealField + Copy> Island<R> {
             // The last two steps share what is left.
             let last = size >= left * number(0.999);
             let step = if last { left } else { size.min(left) };
-            let error = self.try_step(step, course, report);
-            let share = error.map(|error| error / course.settings.tolerance);
+            let tried = self.try_step(step, course, report);
             // One step errs by the fourth power of its size.
-            let factor = share.map_or(number(0.25), |share| {
-                (number(0.9) / share.max(number(1e-8)).sqrt().sqrt()).max(number(0.2)).min(most)
-            });
-            if share.is_some_and(|share| share <= R::one()) {
-                most = number(5.0);
-                size = step * factor;
-                if !last || self.control.size.is_none_or(|size| size < step * factor) {
-                    self.control.size = Some(size);
+            let factor = |error: R| {
+                let share = (error / course.settings.tolerance).max(number(1e-8));
+                (number(0.9) / share.sqrt().sqrt()).max(number(0.2)).min(most)
+            };
+            match tried {
+                Ok(error) => {
+                    size = step * factor(error);
+                    most = number(5.0);
+                    if !last || self.control.size.is_none_or(|known| known < size) {
+                        self.control.size = Some(size);
+                    }
+                    if last {
+                        return true;
+                    }
+                    left -= step;
                 }
-                if last {
-                    return true;
-                }
-                left -= step;
-            } else {
-                if share.is_some() {
-                    report.accepted -= 1;
-                    report.rejected += 1;
-                    self.restore();
-                    self.control.energy = None;
-                }
-                (size, most) = (step * factor, R::one());
-                if size < smallest {
-                    return false;
+                Err(error) => {
+                    (size, most) = (step * error.map_or(number(0.25), factor), R::one());
+                    if size < smallest {
+                        return false;
+                    }
                 }
             }
         }
     }
 
-    /// One step: its error if it is good; else nothing, and the state is the one before it.
-    fn try_step(&mut self, h: R, course: &Course<'_, R>, report: &mut Report) -> Option<R> {
+    /// One step: its error if it is good. Else what error was too large, if that was it, and the state is the one before.
+    fn try_step(&mut self, h: R, course: &Course<'_, R>, report: &mut Report) -> Result<R, Option<R>> {
+        let before = self.energy(course.gravity);
+        let outcome = self.attempt(h, course.guard, course.gravity, course.settings, report);
+        match self.judge(h, course, before, outcome) {
+            Ok((outcome, after, most)) => {
+                self.control.energy = Some(after);
+                self.control.most = most;
+                report.accepted += 1;
+                report.residual = report.residual.max(as_f64(outcome.residual));
+                Ok(outcome.error.unwrap_or(R::zero()))
+            }
+            Err(error) => {
+                self.restore();
+                report.rejected += 1;
+                Err(error)
+            }
+        }
+    }
+
+    /// A good step with the energy after it and the most there has been; else what error was too large, if that was it.
+    fn judge(
+        &self,
+        h: R,
+        course: &Course<'_, R>,
+        before: Energy<R>,
+        outcome: Option<Outcome<R>>,
+    ) -> Result<(Outcome<R>, Energy<R>, R), Option<R>> {
         let number = convert::<f64, R>;
-        let &Course { guard, gravity, settings, .. } = course;
-        let before = self.energy(gravity);
-        let outcome = self.attempt(h, guard, gravity, settings, report);
+        let &Course { gravity, settings, .. } = course;
+        let (power, capped) = self.assembled();
         // Of single precision a thousand roundings, of double precision far more than that.
         let bound = R::default_epsilon().sqrt().min(number(1e-4));
         let solved = outcome.filter(|outcome| outcome.residual.is_finite() && outcome.residual <= bound);
-        let solved = solved.filter(|_| self.assembled().1 <= number(MOST_CAPPED));
-        let Some(outcome) = solved.filter(|_| self.store.is_finite()) else {
-            self.restore();
-            report.rejected += 1;
-            return None;
-        };
+        let solved = solved.filter(|_| capped <= number(MOST_CAPPED) && self.store.is_finite());
+        let outcome = solved.ok_or(None)?;
         let after = self.measure(gravity);
+        let grown = after.total - before.total;
+        if !grown.is_finite() {
+            return Err(None);
+        }
         let faded = self.control.most / (R::one() + h / number(MEMORY));
         let most = faded.max(before.moving).max(after.moving);
+        // An error estimate sees more than energy does.
+        if let Some(error) = outcome.error {
+            return if error <= settings.tolerance {
+                Ok((outcome, after, most))
+            } else {
+                Err(outcome.error.filter(|error| error.is_finite()))
+            };
+        }
         let noise = (before.terms + after.terms) * R::default_epsilon() * number(100.0);
         // Power was taken somewhere within the step.
-        let work = self.assembled().0 * h * number(2.0);
-        let grown = after.total - before.total;
+        let work = power * h * number(2.0);
         let allowed = |share: R| most * share * (h / course.h) + noise;
         let gained = grown > allowed(settings.energy_growth) + work.max(R::zero());
         let lost = settings.energy_loss.is_some_and(|share| -grown > allowed(share) - work.min(R::zero()));
-        // An error estimate sees more than energy does.
-        if (outcome.error.is_none() && (gained || lost)) || !grown.is_finite() {
-            self.restore();
-            report.rejected += 1;
-            return None;
-        }
-        self.control.energy = Some(after);
-        self.control.most = most;
-        report.accepted += 1;
-        report.residual = report.residual.max(as_f64(outcome.residual));
-        Some(outcome.error.unwrap_or(R::zero()))
-    }
-
-    /// What the island's origin adds to its potential in gravity.
-    fn potential_of_origin(&self, gravity: Vector3<R>) -> f64 {
-        let mass = self.store.members.iter().flatten().filter_map(|member| member.inertia());
-        let mass: f64 = mass.map(|(mass, _)| as_f64(mass)).sum();
-        -mass * gravity.map(as_f64).dot(&self.origin)
+        if gained || lost { Err(None) } else { Ok((outcome, after, most)) }
     }
 }
 

@@ -5,6 +5,7 @@
 
 use crate::assemble::{Assembly, Guard};
 use crate::batch::Batch;
+use crate::control::as_f64;
 use crate::kernel::BodyKind;
 use crate::methods::{Model, Outcome, Stepper};
 use crate::report::Report;
@@ -71,6 +72,15 @@ pub(crate) struct Energy<R> {
     /// How large the terms are that were added.
     pub(crate) terms: R,
     pub(crate) gap: R,
+    /// Of the bodies that forces move, kg.
+    pub(crate) mass: f64,
+}
+
+impl<R: RealField + Copy> Energy<R> {
+    /// The total, the potential of gravity being zero at the world's origin.
+    pub(crate) fn in_world(&self, gravity: Vector3<R>, origin: Vector3<f64>) -> f64 {
+        as_f64(self.total) - self.mass * gravity.map(as_f64).dot(&origin)
+    }
 }
 
 /// Storage of a step, by the size of blocks.
@@ -279,7 +289,9 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn measure(&self, gravity: Vector3<R>) -> Energy<R> {
         let half = convert::<f64, R>(0.5);
         let (mut kinetic, mut potential, mut terms, mut gap) = (R::zero(), R::zero(), R::zero(), R::zero());
+        let mut all = 0.0;
         let mut fall = |mass: R, position: Vector3<R>| {
+            all += as_f64(mass);
             let energy = -mass * gravity.dot(&position);
             potential += energy;
             terms += energy.abs();
@@ -305,7 +317,7 @@ impl<R: RealField + Copy> Island<R> {
             terms += one.energy.abs();
             gap = gap.max(one.gap);
         }
-        Energy { moving, total: moving + potential, terms: terms + kinetic, gap }
+        Energy { moving, total: moving + potential, terms: terms + kinetic, gap, mass: all }
     }
 
     /// The same, remembered while the state stays.

@@ -103,17 +103,31 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         PATIENCE * D * self.nodes() + 10
     }
 
-    fn conjugate_gradients(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
-        let Workspace { x, vectors: [r, z, p, q, ..] } = space;
+    /// Repeats a step, which changes the residual, until that is small: how often, or nothing after too many times or if
+    /// a step broke down.
+    fn repeat(
+        &self,
+        goal: R,
+        r: &mut [SVector<R, D>],
+        mut step: impl FnMut(&mut [SVector<R, D>]) -> Option<()>,
+    ) -> Option<usize> {
         r.copy_from_slice(&self.rhs);
-        let mut old = R::one();
         for iteration in 0..self.limit() {
             if norm(r) <= goal {
                 return Some(iteration);
             }
+            step(r)?;
+        }
+        None
+    }
+
+    fn conjugate_gradients(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
+        let Workspace { x, vectors: [r, z, p, q, ..] } = space;
+        let mut old = None;
+        self.repeat(goal, r, |r| {
             self.precondition(r, z);
             let rho = dot(r, z);
-            let beta = if iteration == 0 { R::zero() } else { ratio(rho, old)? };
+            let beta = growth(rho, old)?;
             combine(p, |k, p| z[k] + p * beta);
             self.multiply(p, q);
             // Not positive: the system is not what the method is for.
@@ -124,22 +138,18 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             let alpha = ratio(rho, curvature)?;
             combine(x, |k, x| x + p[k] * alpha);
             combine(r, |k, r| r - q[k] * alpha);
-            old = rho;
-        }
-        None
+            old = Some(rho);
+            Some(())
+        })
     }
 
     fn bicgstab(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
         let Workspace { x, vectors: [r, shadow, p, v, s, t, ph, sh] } = space;
-        r.copy_from_slice(&self.rhs);
-        shadow.copy_from_slice(r);
-        let (mut old, mut alpha, mut omega) = (R::one(), R::one(), R::one());
-        for iteration in 0..self.limit() {
-            if norm(r) <= goal {
-                return Some(iteration);
-            }
+        shadow.copy_from_slice(&self.rhs);
+        let (mut old, mut alpha, mut omega) = (None, R::one(), R::one());
+        self.repeat(goal, r, |r| {
             let rho = dot(shadow, r);
-            let beta = if iteration == 0 { R::zero() } else { ratio(rho, old)? * ratio(alpha, omega)? };
+            let beta = growth(rho, old)? * ratio(alpha, omega)?;
             combine(p, |k, p| r[k] + (p - v[k] * omega) * beta);
             self.precondition(p, ph);
             self.multiply(ph, v);
@@ -147,29 +157,26 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             combine(s, |k, _| r[k] - v[k] * alpha);
             combine(x, |k, x| x + ph[k] * alpha);
             if norm(s) <= goal {
-                return Some(iteration + 1);
+                r.copy_from_slice(s);
+                return Some(());
             }
             self.precondition(s, sh);
             self.multiply(sh, t);
             omega = ratio(dot(t, s), dot(t, t))?;
             combine(x, |k, x| x + sh[k] * omega);
             combine(r, |k, _| s[k] - t[k] * omega);
-            old = rho;
-        }
-        None
+            old = Some(rho);
+            Some(())
+        })
     }
 
     fn cgs(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
         let Workspace { x, vectors: [r, shadow, p, q, u, uh, v, t] } = space;
-        r.copy_from_slice(&self.rhs);
-        shadow.copy_from_slice(r);
-        let mut old = R::one();
-        for iteration in 0..self.limit() {
-            if norm(r) <= goal {
-                return Some(iteration);
-            }
+        shadow.copy_from_slice(&self.rhs);
+        let mut old = None;
+        self.repeat(goal, r, |r| {
             let rho = dot(shadow, r);
-            let beta = if iteration == 0 { R::zero() } else { ratio(rho, old)? };
+            let beta = growth(rho, old)?;
             combine(u, |k, _| r[k] + q[k] * beta);
             combine(p, |k, p| u[k] + (q[k] + p * beta) * beta);
             self.precondition(p, uh);
@@ -181,24 +188,20 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             combine(x, |k, x| x + uh[k] * alpha);
             self.multiply(uh, t);
             combine(r, |k, r| r - t[k] * alpha);
-            old = rho;
-        }
-        None
+            old = Some(rho);
+            Some(())
+        })
     }
 
     fn bicg(&self, goal: R, space: &mut Workspace<R, D>) -> Option<usize> {
         let Workspace { x, vectors: [r, shadow, p, ps, z, zs, q, qs] } = space;
-        r.copy_from_slice(&self.rhs);
-        shadow.copy_from_slice(r);
-        let mut old = R::one();
-        for iteration in 0..self.limit() {
-            if norm(r) <= goal {
-                return Some(iteration);
-            }
+        shadow.copy_from_slice(&self.rhs);
+        let mut old = None;
+        self.repeat(goal, r, |r| {
             self.precondition(r, z);
             self.precondition_transposed(shadow, zs);
             let rho = dot(z, shadow);
-            let beta = if iteration == 0 { R::zero() } else { ratio(rho, old)? };
+            let beta = growth(rho, old)?;
             combine(p, |k, p| z[k] + p * beta);
             combine(ps, |k, p| zs[k] + p * beta);
             self.multiply(p, q);
@@ -207,9 +210,9 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             combine(x, |k, x| x + p[k] * alpha);
             combine(r, |k, r| r - q[k] * alpha);
             combine(shadow, |k, r| r - qs[k] * alpha);
-            old = rho;
-        }
-        None
+            old = Some(rho);
+            Some(())
+        })
     }
 }
 
@@ -235,4 +238,9 @@ fn norm<R: RealField + Copy, const D: usize>(a: &[SVector<R, D>]) -> R {
 fn ratio<R: RealField + Copy>(a: R, b: R) -> Option<R> {
     let ratio = a / b;
     (ratio.is_finite() && b.abs() > convert::<f64, R>(f64::MIN_POSITIVE)).then_some(ratio)
+}
+
+/// β, by how much ρ has grown; zero in the first iteration.
+fn growth<R: RealField + Copy>(rho: R, old: Option<R>) -> Option<R> {
+    old.map_or(Some(R::zero()), |old| ratio(rho, old))
 }

@@ -3,17 +3,14 @@
 use crate::Rigid;
 use crate::island::{Island, Life};
 use crate::kernel::BodyKind;
-use crate::store::{Member, as_particle};
+use crate::store::Member;
 use crate::world::{Body, Frame, Motion, Place, World};
 use nalgebra::{RealField, Vector3, Vector6, convert};
 
 impl<R: RealField + Copy> World<R> {
     /// Brings islands up to date: those that fell apart, those whose system has changed, those that are awake.
     pub(crate) fn prepare(&mut self) {
-        let moves = |state: &Rigid<R>| {
-            state.velocity != Vector3::zeros() || state.angular_velocity != Vector3::zeros()
-        };
-        if self.frames.iter().any(|frame| moves(&frame.state)) {
+        if self.frames.iter().any(Frame::moves) {
             for number in 0..self.islands.len() {
                 if self.islands[number].life == Life::Asleep && self.has_moving_frame(number) {
                     self.islands[number].wake();
@@ -44,16 +41,13 @@ impl<R: RealField + Copy> World<R> {
         }
         for &number in &self.awake {
             let Island { origin, store, .. } = &mut self.islands[number];
-            for (kind, members) in [BodyKind::Rigid, BodyKind::Particle].into_iter().zip(&store.members) {
-                for (index, member) in members.iter().enumerate() {
+            for kind in [BodyKind::Rigid, BodyKind::Particle] {
+                for index in 0..store.members[kind as usize].len() {
+                    let member = &store.members[kind as usize][index];
                     if member.motion == Motion::Kinematic
                         && let Some(Place::Frame(frame)) = self.bodies[member.entry].place
                     {
-                        let state = self.frames[frame].local_to(*origin);
-                        match kind {
-                            BodyKind::Rigid => store.rigid[index] = state,
-                            BodyKind::Particle => store.particles[index] = as_particle(&state),
-                        }
+                        store.set(kind, index, self.frames[frame].local_to(*origin));
                     }
                 }
             }
@@ -74,15 +68,11 @@ impl<R: RealField + Copy> World<R> {
     }
 
     fn has_moving_frame(&self, island: usize) -> bool {
-        self.islands[island].store.iter().any(|(kind, index, member)| {
-            let state = self.islands[island].store.get(kind, index);
-            let state = match self.bodies[member.entry].place {
-                Some(Place::Frame(frame)) => self.frames[frame].state,
-                _ => state,
-            };
-            member.motion == Motion::Kinematic
-                && (state.velocity != Vector3::zeros() || state.angular_velocity != Vector3::zeros())
-        })
+        let frame = |entry: usize| match self.bodies[entry].place {
+            Some(Place::Frame(frame)) => Some(&self.frames[frame]),
+            _ => None,
+        };
+        self.islands[island].store.iter().any(|(_, _, member)| frame(member.entry).is_some_and(Frame::moves))
     }
 
     /// Makes islands of the parts of one.
@@ -152,6 +142,10 @@ impl<R: RealField + Copy> World<R> {
 }
 
 impl<R: RealField + Copy> Frame<R> {
+    fn moves(&self) -> bool {
+        self.state.velocity != Vector3::zeros() || self.state.angular_velocity != Vector3::zeros()
+    }
+
     /// Its state, the position counting from an origin.
     fn local_to(&self, origin: Vector3<f64>) -> Rigid<R> {
         let shift: Vector3<R> = (self.origin - origin).map(convert);

@@ -376,14 +376,7 @@ impl<R: RealField + Copy> World<R> {
 
     /// Kinetic energy, the potential in gravity, zero at the origin, and that of constraints and energies, J.
     pub fn energy(&self) -> f64 {
-        let mass = |island: &Island<R>| {
-            let masses = island.store.members.iter().flatten().filter_map(|member| member.inertia());
-            masses.map(|(mass, _)| as_f64(mass)).sum::<f64>()
-        };
-        let gravity = self.gravity.map(as_f64);
-        let energy = |island: &Island<R>| {
-            as_f64(island.measure(self.gravity).total) - mass(island) * gravity.dot(&island.origin)
-        };
+        let energy = |island: &Island<R>| island.measure(self.gravity).in_world(self.gravity, island.origin);
         self.islands.iter().map(energy).sum()
     }
 
