@@ -293,7 +293,10 @@ static double apart(const double *x, const double *y, int count)
     }
     return most > 0.0 ? most / largest : 0.0;
 }
+";
 
+/// The time the thread has had on a processor, in nanoseconds, in C.
+pub(crate) const CLOCK: &str = "
 static double now(void)
 {
     struct timespec t;
@@ -339,7 +342,7 @@ int main(int count, char **arguments)
 fn driver(kernels: &[(&str, &Stages, Vec<Maker>)]) -> String {
     let most = kernels.iter().map(|(_, _, makers)| makers.len()).max().unwrap_or(0);
     let mut text =
-        format!("{HEAD}\n#define STATES {STATES}\n#define MAKERS {most}\n#define WRONG {WRONG:e}\n");
+        format!("{HEAD}{CLOCK}\n#define STATES {STATES}\n#define MAKERS {most}\n#define WRONG {WRONG:e}\n");
     let mut stems: Vec<&str> = kernels.iter().map(|(stem, ..)| *stem).collect();
     stems.dedup();
     for stem in stems {

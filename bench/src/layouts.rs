@@ -3,7 +3,7 @@
 //! In: a kernel that is written by hand too. Out: a [`Row`] for each way to lay it out and each target. Every variant is
 //! a folder of its own: what forcec prints, and a unit that reads states as the variant wants them and calls it at each.
 
-use crate::kernels::{FLAGS, RUST_FLAGS, STATES, Spread, printable, run};
+use crate::kernels::{CLOCK, FLAGS, RUST_FLAGS, STATES, Spread, printable, run};
 use crate::{compile_all, library};
 use forcec::bodies::Signature;
 use forcec::compile::{Request, Stages, compile};
@@ -107,7 +107,7 @@ pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
         wrappers.push_str(&wrapper(&file, &stages, variant, index));
     }
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a file to build");
-    write("driver.c", &format!("{HEAD}{declared}{TABLE}{table}{TAIL}"));
+    write("driver.c", &format!("{HEAD}{CLOCK}\n{declared}{TABLE}{table}{TAIL}"));
     write("kernels.rs", &wrappers);
     let mut rustc = Command::new("rustc");
     rustc.args(["--edition", "2024", "--crate-type", "staticlib"]).args(RUST_FLAGS.split(' '));
@@ -251,14 +251,6 @@ const HEAD: &str = "\
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
 ";
 
 const TABLE: &str = "

@@ -5,10 +5,9 @@
 //! error, as text, CSV and blocks of a document.
 
 use crate::count::{Size, size};
-use crate::kernels::{Plan, Row, compile, run};
+use crate::kernels::{Plan, Row, compile, printable, run};
 use forcec::Effort;
 use forcec::identifiers::Target;
-use forcec::kernel::{File, Precision};
 use forcec::span::Source;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -112,12 +111,7 @@ fn line(plan: &Plan, row: Row, library: &[Source], folder: &Path) -> Line {
     let generation = quickest(|| {
         let compiled =
             forcec::compile::compile(source, &wanted, Effort::Default).expect("the library compiles");
-        let file = File {
-            stem: source.name.trim_end_matches(".rs").to_owned(),
-            docs: compiled.docs,
-            kernels: compiled.functions.into_iter().map(|stages| stages.kernel).collect(),
-            precisions: vec![Precision::F64],
-        };
+        let (file, _) = printable(compiled);
         let target = if row.maker.name == "Rust" { Target::Rust } else { Target::C };
         generated = forcec::targets::emit(&file, target);
     });

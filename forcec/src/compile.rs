@@ -164,8 +164,8 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
     });
     let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
     let style = Style { strict: plan.mode == Mode::Strict, fma: plan.fma, single: request.lanes > 1 };
-    let (laid, packing) = request.layout.lay(&optimized.program);
-    let schedule = schedule(&laid, style);
+    let laid = request.layout.lay(&optimized.program);
+    let schedule = schedule(laid.as_ref().map_or(&optimized.program, |(program, _)| program), style);
     let time = started.elapsed();
     let kernel = Kernel {
         name: format!(
@@ -178,7 +178,7 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
         formulas: formulas(&definition),
         schedule,
         layout: request.layout,
-        packing,
+        packing: laid.map(|(_, packing)| packing),
         lanes: request.lanes,
     };
     let source = check::elaborate(file, &definition.name, &request.known);

@@ -105,14 +105,11 @@ impl Layout {
         if lanes > 1 { format!("{layout}_x{lanes}") } else { layout }
     }
 
-    /// The program whose results stand as this layout has them, with the way back if that is a table.
-    pub fn lay(self, program: &Program) -> (Program, Option<Packing>) {
+    /// The program whose results stand as this layout has them, with the way back; none if that is the program itself.
+    pub fn lay(self, program: &Program) -> Option<(Program, Packing)> {
         match self.row().place {
-            Place::Itself => (program.clone(), None),
-            Place::Shared => {
-                let (program, packing) = pack(program);
-                (program, Some(packing))
-            }
+            Place::Itself => None,
+            Place::Shared => Some(pack(program)),
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::ops::Function;
 use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Variable};
+use crate::targets::parts::{Needed, needed};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
     body, decimal, field_summary, lane, lane_loop, parameter_summary, reads, slot_path, template,
@@ -310,8 +311,10 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         text.insert_str(0, &parts(kernel, &sections, &dialect));
         text.push_str(&format!("    {} shared;\n", shared(kernel, precision)));
         for (index, section) in sections.iter().enumerate() {
-            let names = arguments(kernel, section, &dialect).into_iter().map(|argument| argument.passed);
-            let names: Vec<String> = names.collect();
+            let reference = |needed: &Needed| if matches!(needed, Needed::Shared(_)) { "&" } else { "" };
+            let names = needed(schedule, section, &dialect.names);
+            let names: Vec<String> =
+                names.iter().map(|needed| format!("{}{}", reference(needed), needed.name())).collect();
             let name = part_name(kernel, precision, index, section);
             text.push_str(&wrapped(&format!("    {name}("), &names, ");"));
             text.push('\n');
@@ -330,44 +333,16 @@ fn part_name(kernel: &Kernel, precision: Precision, index: usize, section: &Sect
     format!("{}_{}_{}", named(kernel, "", precision), section.part, index + 1)
 }
 
-/// An argument of a part: as it is declared, and as it is passed.
-struct Argument {
-    declared: String,
-    passed: String,
-}
-
-/// The arguments that a part of a long kernel needs.
-fn arguments(kernel: &Kernel, section: &Section, dialect: &C) -> Vec<Argument> {
-    let schedule = &kernel.schedule;
-    let precision = dialect.precision;
-    let signature = &schedule.signature;
-    let reads = reads(schedule, section.written(schedule));
-    let mut arguments = Vec::new();
-    for ((body, name), _) in
-        signature.bodies.iter().zip(&dialect.names.bodies).zip(reads.bodies).filter(|(_, read)| *read)
-    {
-        let declared = format!("const {}_{precision} *{name}", body.kind.row().c_name);
-        arguments.push(Argument { declared, passed: name.clone() });
+/// An argument of a part of a long kernel, as it is declared.
+fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
+    match *needed {
+        Needed::Body(body, name) => format!("const {}_{precision} *{name}", body.kind.row().c_name),
+        Needed::Parameters => format!("const {} *params", named(kernel, "_params", precision)),
+        Needed::Extra(extra, name) => extra_argument(extra, name, kernel.lanes, precision),
+        Needed::Shared(true) => format!("{} *shared", shared(kernel, precision)),
+        Needed::Shared(false) => format!("const {} *shared", shared(kernel, precision)),
+        Needed::Results => format!("{} *out", named(kernel, "_out", precision)),
     }
-    if reads.parameters {
-        let declared = format!("const {} *params", named(kernel, "_params", precision));
-        arguments.push(Argument { declared, passed: "params".to_owned() });
-    }
-    for (index, extra) in signature.given_extras().filter(|(index, _)| reads.extras[*index]) {
-        let name = &dialect.names.extras[index];
-        let declared = extra_argument(extra, name, kernel.lanes, precision);
-        arguments.push(Argument { declared, passed: name.clone() });
-    }
-    if section.shares() {
-        let fixed = if section.hands_on.is_empty() { "const " } else { "" };
-        let declared = format!("{fixed}{} *shared", shared(kernel, precision));
-        arguments.push(Argument { declared, passed: "&shared".to_owned() });
-    }
-    if section.stores {
-        let declared = format!("{} *out", named(kernel, "_out", precision));
-        arguments.push(Argument { declared, passed: "out".to_owned() });
-    }
-    arguments
 }
 
 /// What stands before a long kernel: the struct of the values that its parts hand on, and the parts.
@@ -382,8 +357,8 @@ fn parts(kernel: &Kernel, sections: &[Section], dialect: &C) -> String {
     }
     text.push_str(&format!("}} {};\n\n", shared(kernel, precision)));
     for (index, section) in sections.iter().enumerate() {
-        let declared = arguments(kernel, section, dialect).into_iter().map(|argument| argument.declared);
-        let declared: Vec<String> = declared.collect();
+        let needed = needed(schedule, section, &dialect.names);
+        let declared: Vec<String> = needed.iter().map(|it| declared(kernel, it, precision)).collect();
         let head = format!("FORCEC_APART static void {}(", part_name(kernel, precision, index, section));
         text.push_str(&format!("/* Part {} of {} of {whole}. */\n", index + 1, sections.len()));
         text.push_str(&wrapped(&head, &declared, ")"));

@@ -10,8 +10,9 @@ use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::schedule::print::{self, Dialect, together};
+use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Statement, Variable};
-use crate::targets::parts::{arguments, part_name, parts};
+use crate::targets::parts::{Needed, needed};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
     body, decimal, field_summary, kinds, lane, lane_loop, parameter_summary, reads, rust_body, sentence,
@@ -137,7 +138,13 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     } else {
         text.push_str("        let mut shared = Shared::default();\n");
         for (index, section) in sections.iter().enumerate() {
-            let passed = arguments(kernel, section, &dialect).into_iter().map(|argument| argument.passed);
+            let reference = |needed: &Needed| match needed {
+                Needed::Shared(true) => "&mut ",
+                Needed::Shared(false) => "&",
+                _ => "",
+            };
+            let needed = needed(schedule, section, &dialect.names);
+            let passed = needed.iter().map(|it| format!("{}{}", reference(it), it.name()));
             let call = format!(
                 "        {}({});\n",
                 part_name(index, section),
@@ -147,6 +154,58 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
         }
     }
     text.push_str("    }\n}\n");
+    text
+}
+
+/// An argument of a part of a long kernel, as it is declared.
+fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
+    match *needed {
+        Needed::Body(body, name) => format!("{name}: &{}", body.kind.row().name),
+        Needed::Parameters => "params: &Params".to_owned(),
+        Needed::Extra(extra, name) => extra_argument(extra, name, kernel.lanes, precision),
+        Needed::Shared(true) => "shared: &mut Shared".to_owned(),
+        Needed::Shared(false) => "shared: &Shared".to_owned(),
+        Needed::Results => "out: &mut Output".to_owned(),
+    }
+}
+
+fn part_name(index: usize, section: &Section) -> String {
+    format!("{}_{}", section.part, index + 1)
+}
+
+/// What stands before a long kernel: the struct of the values that its parts hand on, and the parts.
+fn parts(kernel: &Kernel, sections: &[Section], dialect: &Rust) -> String {
+    let schedule = &kernel.schedule;
+    let space = "        ";
+    let mut text = "\n    /// What parts of the kernel hand on to later ones.\n    #[derive(Default)]\n    struct Shared {\n".to_owned();
+    for name in sections.iter().flat_map(|section| &section.hands_on) {
+        let variable = &schedule.variables[name.index()];
+        let ty = if variable.truth { "bool" } else { dialect.precision.name() };
+        text.push_str(&format!("{space}{}: {ty},\n", variable.name));
+    }
+    text.push_str("    }\n");
+    for (index, section) in sections.iter().enumerate() {
+        let needed = needed(schedule, section, &dialect.names);
+        let declared = needed.iter().map(|it| declared(kernel, it, dialect.precision));
+        text.push_str(&format!(
+            "\n    /// Part {} of {}.\n    #[inline(never)]\n",
+            index + 1,
+            sections.len()
+        ));
+        text.push_str(&head(&format!("fn {}", part_name(index, section)), &declared.collect::<Vec<_>>()));
+        let mut lines = Vec::new();
+        for name in &section.takes {
+            let name = &schedule.variables[name.index()].name;
+            lines.extend(dialect.assign(&format!("let {name}"), &format!("shared.{name}")));
+        }
+        lines.iter().for_each(|line| text.push_str(&format!("{space}{line}\n")));
+        text.push_str(&body(dialect, schedule, section.written(schedule), space));
+        for name in &section.hands_on {
+            let name = &schedule.variables[name.index()].name;
+            text.push_str(&format!("{space}shared.{name} = {name};\n"));
+        }
+        text.push_str("    }\n");
+    }
     text
 }
 
@@ -351,7 +410,7 @@ fn array(ty: &ParameterType, precision: Precision, lanes: usize) -> String {
 }
 
 /// The declaration of an extra argument; a lone one is the same for all instances.
-pub(super) fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
+fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
     let (borrowed, lanes) = if extra.ty == ParameterType::Real { ("", 1) } else { ("&", lanes) };
     format!("{name}: {borrowed}{}", array(&extra.ty, precision, lanes))
 }
@@ -377,7 +436,7 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
 }
 
 /// The head of a function of a module.
-pub(super) fn head(name: &str, arguments: &[String]) -> String {
+fn head(name: &str, arguments: &[String]) -> String {
     let line = format!("    {name}({}) {{", arguments.join(", "));
     if line.len() <= WIDTH {
         return format!("{line}\n");
@@ -468,10 +527,10 @@ fn positive(value: &Exact, precision: Precision) -> String {
 }
 
 /// How Rust spells statements, as rustfmt would set them at this indentation.
-pub(super) struct Rust<'a> {
+struct Rust<'a> {
     signature: &'a Signature,
-    pub(super) names: Arguments,
-    pub(super) precision: Precision,
+    names: Arguments,
+    precision: Precision,
     indent: usize,
     lanes: usize,
 }
@@ -490,7 +549,7 @@ impl Rust<'_> {
         }
     }
 
-    pub(super) fn assign(&self, left: &str, value: &str) -> Vec<String> {
+    fn assign(&self, left: &str, value: &str) -> Vec<String> {
         /// rustfmt's `fn_call_width`.
         const CALL: usize = 60;
         let call = format!("{}::mul_add(", self.precision);

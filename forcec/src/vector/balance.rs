@@ -160,15 +160,18 @@ impl Graph {
             Node::Scale(s, inner) => graph.point(inner).map(|slot| (c.clone(), Some(s), slot)),
             _ => graph.point(*v).map(|slot| (c.clone(), None, slot)),
         };
-        let (points, rest): (Vec<_>, Vec<_>) = terms.iter().partition(|term| point(self, term).is_some());
-        let points: Vec<(Exact, Option<Real>, Slot)> =
-            points.into_iter().filter_map(|x| point(self, x)).collect();
+        let (mut points, mut rest) = (Vec::new(), Vec::new());
+        for term in &terms {
+            match point(self, term) {
+                Some(weighted) => points.push(weighted),
+                None => rest.push(term.clone()),
+            }
+        }
         if points.iter().all(|(_, weight, _)| weight.is_none()) || !self.add_up_to_nothing(&points) {
             return terms;
         }
         let place = points.iter().position(|(_, weight, _)| weight.is_none()).unwrap_or(points.len() - 1);
         let origin = points[place].2;
-        let mut rest: Vec<(Exact, Vector)> = rest.into_iter().cloned().collect();
         for (c, weight, slot) in points {
             if slot == origin {
                 continue;

@@ -19,8 +19,8 @@ impl Graph {
         }
     }
 
-    /// Whether a sum has an entry of a point, or the length of a position along something, as a term. Such a sum is named but stays open, so that the difference of
-    /// two of them becomes a difference of the points.
+    /// Whether a sum has an entry of a point, or the length of a position along something, as a term. Such a sum is named
+    /// but stays open, so that the difference of two of them becomes a difference of the points.
     pub(super) fn holds_point(&self, sum: Real) -> bool {
         match self.at(sum) {
             Node::Sum(_, terms) => terms.iter().any(|(_, term)| match *self.at(*term) {

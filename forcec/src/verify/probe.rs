@@ -154,12 +154,7 @@ pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     let row = function.row();
     let parameter =
         |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any, value: None };
-    let signature = Signature {
-        bodies: vec![],
-        parameters: (0..row.arity).map(parameter).collect(),
-        rows: 0,
-        ..Signature::default()
-    };
+    let signature = Signature { parameters: (0..row.arity).map(parameter).collect(), ..Signature::default() };
     let layout = Layout::new(&signature);
     let mut graph = Graph::new(signature.clone());
     let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();

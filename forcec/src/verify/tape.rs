@@ -497,12 +497,8 @@ impl Partials {
             domain: Domain::Any,
             value: None,
         };
-        let signature = Signature {
-            bodies: vec![],
-            parameters: (0..row.arity).map(parameter).collect(),
-            rows: 0,
-            ..Signature::default()
-        };
+        let signature =
+            Signature { parameters: (0..row.arity).map(parameter).collect(), ..Signature::default() };
         let mut graph = Graph::new(signature.clone());
         let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();
         let result = graph.call(function, &x);
