@@ -34,6 +34,8 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     pub(crate) drift: Vec<SVector<R, D>>,
     /// What of K v comes from bodies that no force moves: the rate of F by time.
     pub(crate) driven: Vec<SVector<R, D>>,
+    /// In goes how much faster each node is than where a stage started from, out comes that in momentum.
+    pub(crate) lag: Vec<SVector<R, D>>,
     /// The node of each rigid body and each particle; none if it is not moved by forces.
     pub(crate) nodes: [Vec<Option<usize>>; 2],
     /// Factors of D and K in the matrix.
@@ -46,6 +48,8 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     pub(crate) power: R,
     /// How many times too stiff a force was, of those that were scaled down.
     pub(crate) capped: R,
+    /// Whether a mass is lost in rounding beside the stiffness that holds it.
+    pub(crate) swamped: bool,
 }
 
 /// What of an assembly is wanted beside f and the matrix.
@@ -57,6 +61,8 @@ pub(crate) struct Wants {
     pub(crate) drift: bool,
     /// K apart.
     pub(crate) tangent: bool,
+    /// Momenta.
+    pub(crate) lag: bool,
 }
 
 impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
@@ -67,6 +73,7 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
             force: Vec::new(),
             drift: Vec::new(),
             driven: Vec::new(),
+            lag: Vec::new(),
             nodes: [Vec::new(), Vec::new()],
             damping: R::zero(),
             stiffness: R::zero(),
@@ -74,6 +81,7 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
             guard: Guard::None,
             power: R::zero(),
             capped: R::zero(),
+            swamped: false,
         }
     }
 }
@@ -106,6 +114,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         }
         self.power = R::zero();
         self.capped = R::zero();
+        self.swamped = false;
     }
 
     /// Adds one force.
@@ -226,17 +235,21 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             self.add_load(node, member.load, body.velocity, spin);
             add_linear(&mut self.force[node], gravity * mass);
             add_angular(&mut self.force[node], momentum.cross(&spin));
-            let block = &mut self.system.blocks[node];
-            for i in 0..3 {
-                block[(i, i)] += mass;
+            self.add_mass(node, mass);
+            if self.wants.lag {
+                let lag = self.lag[node];
+                self.lag[node] = lag * mass;
+                let momentum = inertia * angular(&lag);
+                (3..D).for_each(|i| self.lag[node][i] = momentum[i - 3]);
             }
             let mut turning = inertia;
             if self.wants.exact {
                 let torque = angular(&self.force[node]);
                 let (w, l) = (spin.cross_matrix(), momentum.cross_matrix());
-                let stiffness = w * (l - inertia * w) + torque.cross_matrix()
-                    - inertia * (inverse * torque).cross_matrix();
-                turning -= (l - w * inertia) * self.damping + stiffness * self.stiffness;
+                let wi = w * inertia;
+                let with_inertia = ((inverse * torque).cross_matrix() * inertia).transpose();
+                let stiffness = w * (l + wi.transpose()) + torque.cross_matrix() + with_inertia;
+                turning -= (l - wi) * self.damping + stiffness * self.stiffness;
                 if self.wants.drift {
                     add_angular(&mut self.drift[node], stiffness * spin);
                 }
@@ -250,13 +263,21 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             let (Some((mass, _)), Some(node)) = (member.inertia(), self.nodes[1][index]) else { continue };
             self.add_load(node, member.load, body.velocity, Vector3::zeros());
             add_linear(&mut self.force[node], gravity * mass);
-            let block = &mut self.system.blocks[node];
-            for i in 0..3 {
-                block[(i, i)] += mass;
-            }
+            self.add_mass(node, mass);
             for i in 3..D {
-                block[(i, i)] += R::one();
+                self.system.blocks[node][(i, i)] += R::one();
             }
+            if self.wants.lag {
+                self.lag[node] *= mass;
+            }
+        }
+    }
+
+    fn add_mass(&mut self, node: usize, mass: R) {
+        let block = &mut self.system.blocks[node];
+        for i in 0..3 {
+            self.swamped |= block[(i, i)] * R::default_epsilon() > mass;
+            block[(i, i)] += mass;
         }
     }
 

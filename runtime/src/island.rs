@@ -279,7 +279,8 @@ impl<R: RealField + Copy> Island<R> {
             system,
             force: zeros.clone(),
             drift: zeros.clone(),
-            driven: zeros,
+            driven: zeros.clone(),
+            lag: zeros,
             nodes,
             ..Assembly::default()
         })
@@ -368,12 +369,14 @@ impl<R: RealField + Copy> Island<R> {
         self.store.restore(&self.saved);
     }
 
-    /// Work by time of what has no potential, and how many times too stiff a force was, as assembled last.
+    /// Work by time of what has no potential, as assembled last, and how many times too stiff a force was: without end if
+    /// masses are lost in rounding beside it.
     pub(crate) fn assembled(&self) -> (R, R) {
-        match &self.engine {
-            Engine::Three(model) => (model.assembly.power, model.assembly.capped),
-            Engine::Six(model) => (model.assembly.power, model.assembly.capped),
-        }
+        let (power, capped, swamped) = match &self.engine {
+            Engine::Three(model) => (model.assembly.power, model.assembly.capped, model.assembly.swamped),
+            Engine::Six(model) => (model.assembly.power, model.assembly.capped, model.assembly.swamped),
+        };
+        (power, if swamped { R::one() / R::zero() } else { capped })
     }
 
     /// A body within the last step of `Rodas4`, at a share of its time.
