@@ -77,6 +77,8 @@ pub struct Damping {
     pub states: usize,
     /// States at which its power is above zero.
     pub active: usize,
+    /// States at which it has none.
+    pub idle: usize,
     /// States at which the symmetric part of ∂F/∂V has an eigenvalue above zero.
     pub indefinite: usize,
     /// How far ∂F/∂V is from symmetric, relative to it.
@@ -87,7 +89,7 @@ pub struct Damping {
 
 pub(super) fn damping(model: &Model, states: &[Vec<f64>]) -> Option<Damping> {
     let n = model.freedoms();
-    let mut all = Damping { states: 0, active: 0, indefinite: 0, asymmetry: 0.0, rank: (0, n) };
+    let mut all = Damping { states: 0, active: 0, idle: 0, indefinite: 0, asymmetry: 0.0, rank: (0, n) };
     for state in states {
         let mut state = state.clone();
         model.set_gains(&mut state, 1.0, 1.0);
@@ -102,6 +104,7 @@ pub(super) fn damping(model: &Model, states: &[Vec<f64>]) -> Option<Damping> {
         let (least, most) = extremes(&-&moving.dfdv);
         all.states += 1;
         all.active += usize::from(power > NEGATIVE);
+        all.idle += usize::from(power.abs() <= NEGATIVE);
         all.indefinite += usize::from(least < -NEGATIVE * most);
         all.asymmetry = all.asymmetry.max((&moving.dfdv - moving.dfdv.transpose()).norm() / size);
         all.rank.0 = all.rank.0.max(moving.dfdv.rank(NEGATIVE * size));

@@ -141,8 +141,10 @@ fn warnings(definition: &Definition, advice: &Advice) -> Vec<Diagnostic> {
                 text::seconds(undamped)
             );
             let label = "the directions that it damps along turn too fast";
-            warnings
-                .push(here(message, label).help("formulate with rows that pull along steadier directions"));
+            warnings.push(
+                here(message, label)
+                    .help("damp less, or formulate with rows that pull along steadier directions"),
+            );
         }
         if let Some(step) = steps.gauss_newton.first().filter(|step| much_less(**step, undamped)) {
             let message = format!(

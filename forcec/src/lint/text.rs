@@ -34,6 +34,7 @@ pub fn render(advice: &Advice, source: &Source) -> String {
         advice.damping.map_or("none".to_owned(), |damping| {
             let all = damping.states;
             let energy = match damping.active {
+                0 if damping.idle == all => "does no work".to_owned(),
                 0 => "dissipates".to_owned(),
                 active => format!("brings in energy at {active} of {all} states"),
             };
