@@ -432,6 +432,16 @@ fn the_programs_of_the_guide_run() {
     follow("docs/integration.md");
 }
 
+/// The force file that the reference shows is one.
+#[test]
+fn the_force_file_of_the_reference_compiles() {
+    let reference = read("docs/language.md");
+    let source = Source::new("reference.rs", block(&reference, "## A force file"));
+    let compiled =
+        compile(&source, &|_| true, forcec::Effort::Quick).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!((compiled.names, compiled.warnings.len()), (vec!["point_to_point".to_owned()], 0));
+}
+
 /// The recipe for snapshots, followed in a crate of its own: the first run writes them, the second compares, and a change of
 /// the force file fails with the line that changed.
 #[test]

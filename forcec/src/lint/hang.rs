@@ -17,7 +17,7 @@ use std::ops::Range;
 pub const STIFFNESS: f64 = 1e4;
 /// How much of critical damping is tried; an energy has none.
 pub const DAMPING: [(&str, f64); 3] =
-    [("undamped", 0.0), ("critical damping", 1.0), ("100 × critical", 100.0)];
+    [("undamped", 0.0), ("critical damping", 1.0), ("100 × critical damping", 100.0)];
 
 const MASS: f64 = 1.0;
 const MOMENT: f64 = 0.1;
