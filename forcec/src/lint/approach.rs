@@ -26,7 +26,7 @@ pub struct Growth {
 pub struct Approach {
     /// What decides, its distance from the place at states where the constraint is satisfied within [`super::GAP`].
     pub satisfied: Option<f64>,
-    /// How sizes grow; none where no motion of the bodies leads there.
+    /// How sizes grow; none where no motion of the bodies leads there, or nothing acts.
     pub growth: Option<Growth>,
 }
 
@@ -58,10 +58,15 @@ pub(super) fn approach(model: &Model, place: &Singular, drawn: &[Vec<f64>], near
         let Some(far) = operand.reach(start, NEAR[0]) else { continue };
         let Some(close) = operand.reach(&far, NEAR[1]) else { continue };
         let ratio = operand.distance(&far).0 / operand.distance(&close).0;
-        for ((powers, far), close) in powers.iter_mut().zip(sizes(&far)).zip(sizes(&close)) {
+        let (far, close) = (sizes(&far), sizes(&close));
+        // A row that does not push there says nothing.
+        if far.iter().chain(&close).all(|size| *size == 0.0) {
+            continue;
+        }
+        for ((powers, far), close) in powers.iter_mut().zip(far).zip(close) {
             let power = (close / far).ln() / ratio.ln();
             // What is zero at both does not grow.
-            powers.push(if far == 0.0 && close == 0.0 { 0.0 } else { power });
+            powers.extend(Some(if far == 0.0 && close == 0.0 { 0.0 } else { power }).filter(|p| !p.is_nan()));
         }
     }
     let has_damping = drawn.iter().any(|state| sizes(state)[2] > 0.0);

@@ -50,13 +50,19 @@ pub fn render(advice: &Advice, source: &Source) -> String {
             format!("{energy}; ∂F/∂V {symmetric}{indefinite}, of rank {rank} of {freedoms}")
         }),
     );
+    let mut places: Vec<String> = Vec::new();
     for (span, approach) in &advice.singular {
         let (line, column) = source.line_column(span.start);
         let what = source.text.get(span.start as usize..span.end as usize).unwrap_or_default();
         let what = what.split_whitespace().collect::<Vec<_>>().join(" ");
         let where_satisfied =
             approach.satisfied.map_or(String::new(), |d| format!("; {d:.1e} from there where C = 0"));
-        say("singular", format!("{line}:{column} `{what}`: {}{where_satisfied}", growth(approach)));
+        let place = format!("{line}:{column} `{what}`: {}{where_satisfied}", growth(approach));
+        // What a loop unrolls stands at one place.
+        if !places.contains(&place) {
+            say("singular", place.clone());
+            places.push(place);
+        }
     }
     if let Some(steps) = &advice.steps {
         let list = |steps: &[Option<f64>]| {
@@ -109,7 +115,7 @@ fn definite(stiffness: Stiffness) -> String {
 /// What happens on the way to a singular place, d the distance from it.
 fn growth(approach: &Approach) -> String {
     let Some(Growth { force, stiffness, damping, damped_stiffness }) = approach.growth else {
-        return "no motion leads there".to_owned();
+        return "no motion was found that leads there while it acts".to_owned();
     };
     let sizes = [
         ("F", Some(force.max(0.0))),
