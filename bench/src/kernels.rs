@@ -123,6 +123,24 @@ pub struct Row {
     pub compilation: Option<f64>,
 }
 
+/// Times and errors as a table.
+pub fn table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| kernel | code | median | quartiles | least | by hand = 1 | quartiles | error |\n\
+         |---|---|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for row in rows {
+        let ratio = row.ratio.map_or("| | ".to_owned(), |ratio| {
+            format!("| {:.2} | {:.2} … {:.2} ", ratio.median, ratio.low, ratio.high)
+        });
+        let time = row.time.map_or("wrong | | ".to_owned(), |time| {
+            format!("{:.1} | {:.1} … {:.1} | {:.1} ", time.median, time.low, time.high, time.least)
+        });
+        text += &format!("| `{}` | {} | {time}{ratio}| {:.0e} |\n", row.kernel, row.maker.name, row.error);
+    }
+    text
+}
+
 /// Measures. What is built is left in `folder`. Panics when a compiler or the driver fails.
 pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
     std::fs::create_dir_all(folder).expect("a folder to build in");

@@ -61,6 +61,20 @@ pub struct Row {
     pub ratio: Spread,
 }
 
+/// Times as a table.
+pub fn table(rows: &[Row]) -> String {
+    let mut text = String::from("| variant | code | ns | by hand = 1 | quartiles |\n|---|---|--:|--:|--:|\n");
+    for row in rows {
+        let (time, ratio) = (row.time.median, row.ratio);
+        let _ = writeln!(
+            text,
+            "| {} | {} | {time:.1} | {:.3} | {:.3} … {:.3} |",
+            row.variant, row.maker, ratio.median, ratio.low, ratio.high
+        );
+    }
+    text
+}
+
 /// Measures a kernel by hand and every variant of it. What is built is left in `folder`.
 pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
     std::fs::create_dir_all(folder).expect("a folder to build in");

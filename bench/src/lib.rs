@@ -4,6 +4,7 @@
 
 pub mod catalogue;
 pub mod count;
+pub mod document;
 pub mod kernels;
 pub mod layouts;
 pub mod peers;

@@ -1,7 +1,9 @@
-//! `cargo run --release -p forcec-bench -- run SCENE` and `… -- catalogue`: scenes through time, and how stable they are.
+//! `cargo run --release -p forcec-bench -- run SCENE`, `… -- catalogue` and the like: scenes through time, how stable they are,
+//! and the tables of the documents.
 
 use clap::{Parser, Subcommand};
 use forcec_bench::catalogue::{self, CASES};
+use forcec_bench::document::{self, document};
 use forcec_bench::precision::{self, PROBLEMS, STEPS};
 use forcec_bench::run::{self, Options};
 use std::process::ExitCode;
@@ -34,17 +36,25 @@ enum Command {
         #[arg(long)]
         quick: bool,
     },
+    /// Measures what the documents say was measured, and prints it between their marks.
+    Document(document::Options),
+}
+
+/// The exit code of what may fail.
+fn done(result: Result<(), String>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+    }
 }
 
 fn main() -> ExitCode {
     match Arguments::parse().command {
-        Command::Run(options) => match run::run(&options) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                eprintln!("error: {message}");
-                ExitCode::from(2)
-            }
-        },
+        Command::Run(options) => done(run::run(&options)),
+        Command::Document(options) => done(document(&options)),
         Command::Precision { problems, quick } => {
             let chosen = |name: &str| problems.is_empty() || problems.iter().any(|own| own == name);
             let steps = if quick { &STEPS[1..3] } else { &STEPS[..] };

@@ -32,3 +32,8 @@ include_forces!("../springs.rs");
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/runtime.md")]
 struct Runtime;
+
+/// The example of the document about Rust programs.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/rust.md")]
+struct Rust;

@@ -1,5 +1,6 @@
 //! What the front end hands on: one checked force function as values of a vector graph.
 
+use crate::diagnostic::Diagnostic;
 use crate::span::Span;
 use crate::vector::{Graph, Real, Vector};
 
@@ -17,6 +18,19 @@ pub struct Definition {
     pub graph: Graph,
     /// What the function states.
     pub law: Law,
+    /// Where its value or a derivative may not exist; none in a graph that simplifies nothing.
+    pub singular: Vec<Singular>,
+}
+
+/// A place of the source where a value, or its derivative, may not exist.
+#[derive(Clone, Debug)]
+pub struct Singular {
+    /// What decides.
+    pub operand: Real,
+    /// What the operand is worth there.
+    pub ends: Vec<f64>,
+    /// What there is to say about it.
+    pub warning: Diagnostic,
 }
 
 /// What a force function states.

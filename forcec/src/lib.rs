@@ -23,6 +23,8 @@ pub mod identities;
 pub mod kernel;
 pub mod layouts;
 pub mod library;
+#[cfg(feature = "cli")]
+pub mod lint;
 pub mod number;
 pub mod ops;
 pub mod optimize;

@@ -104,9 +104,12 @@ fn set_mode(path: &Path, mode: u32) {
 fn help_and_version_go_to_standard_output() {
     let place = Place::new("help");
     let help = place.succeeds("--help");
-    assert_has(&help.out, &["build", "check", "show", "stats", "completions", "Examples:", "forcec build"]);
+    assert_has(
+        &help.out,
+        &["build", "check", "lint", "show", "stats", "completions", "Examples:", "forcec build"],
+    );
     assert_eq!(help.err, "");
-    for command in ["build", "check", "show", "stats", "completions"] {
+    for command in ["build", "check", "lint", "show", "stats", "completions"] {
         assert_has(&place.succeeds(&format!("{command} --help")).out, &["Usage: forcec", "Example:"]);
     }
     let version = place.succeeds("--version").out;
@@ -414,6 +417,32 @@ fn check_reports_every_kernel() {
     assert_has(&place.succeeds("check ball.rs").out, &["pass, far not covered"]);
     let json: serde_json::Value = serde_json::from_str(&place.succeeds("check ball.rs --json").out).unwrap();
     assert_eq!(json["kernels"][0]["not_covered"], serde_json::json!(["far"]));
+}
+
+#[test]
+fn lint_warns_at_places_and_fails_only_if_told() {
+    let place = Place::new("lint");
+    let norm = "#[constraint]\npub fn meet(a: Particle, b: Particle) -> Real {\n    (b.position - a.position).norm()\n}\n";
+    place.write("a.rs", norm).write("b.rs", SPRING).write("wrong.rs", WRONG);
+    let run = place.succeeds("lint a.rs");
+    assert_has(
+        &run.out,
+        &["meet (constraint), a.rs:2", "nonlinear", "near C = 0", "singular", "3:5", "stable step"],
+    );
+    assert_has(&run.err, &["--> a.rs:2:8", "--> a.rs:3:5", "C = 0 here"]);
+    assert_eq!(place.run("lint a.rs --deny-warnings").code, 1);
+    let run = place.succeeds("lint b.rs --deny-warnings --set k=1");
+    assert_has(&run.out, &["spring (energy), b.rs:2", "stable step"]);
+    assert_eq!(run.err, "");
+    assert_has(
+        &place.refused("lint a.rs b.rs --only meat"),
+        &["no force function `meat`", "did you mean `meet`?"],
+    );
+    assert_has(&place.refused("lint wrong.rs"), &["unknown method `nrom`", "wrong.rs:3:16"]);
+    place.refused("lint b.rs --layout packed");
+    let run = place.succeeds("lint a.rs --fixed a");
+    assert_has(&run.out, &["of rank 1 of 3"]);
+    assert_has(&place.refused("lint a.rs --fixed a --fixed b"), &["no body of `meet` moves"]);
 }
 
 #[test]

@@ -5,12 +5,16 @@
 #![cfg(feature = "cli")]
 
 use forcec::Mode;
+use forcec::bodies::{BODIES, BodyRow, Field, Role};
 use forcec::compile::{Compiled, Stages, compile};
 use forcec::diagnostic::Diagnostics;
 use forcec::identities::IDENTITIES;
 use forcec::kernel::{File, Precision, Target};
+use forcec::layouts::LAYOUTS;
+use forcec::lint::{advise, render};
 use forcec::ops::Function;
 use forcec::optimize::PASSES;
+use forcec::outputs::{Axis, Part};
 use forcec::scalar::Operations;
 use forcec::span::Source;
 use forcec::targets;
@@ -18,16 +22,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const DOCUMENTS: [&str; 8] = [
-    "README.md",
-    "ARCHITECTURE.md",
-    "CONTRIBUTING.md",
-    "CHANGELOG.md",
-    "docs/language.md",
-    "docs/mathematics.md",
-    "docs/rust.md",
-    "examples/README.md",
-];
+/// The documents with blocks that are printed here. Other blocks are printed by `forcec-bench`, which measures.
+const PRINTED: [&str; 5] =
+    ["README.md", "ARCHITECTURE.md", "docs/language.md", "docs/lint.md", "docs/mathematics.md"];
+
+/// The force file of `docs/lint.md`.
+const GAP: &str = "examples/formulations/gap.rs";
 
 /// The kernels of the README's table.
 const COUNTED: [&str; 8] = [
@@ -46,6 +46,25 @@ const PASSED: [&str; 5] = ["point_to_point", "distance", "hinge", "dihedral", "n
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Every Markdown file of the repository, in sorted order.
+fn documents() -> Vec<String> {
+    let (mut found, mut pending) = (Vec::new(), vec![PathBuf::new()]);
+    while let Some(folder) = pending.pop() {
+        for entry in fs::read_dir(root().join(&folder)).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            let path = folder.join(&name);
+            if root().join(&path).is_dir() && !name.starts_with('.') && name != "target" {
+                pending.push(path);
+            } else if name.ends_with(".md") {
+                found.push(path.to_str().unwrap().replace('\\', "/"));
+            }
+        }
+    }
+    found.sort();
+    assert!(found.len() > 10, "the documents are where they are expected");
+    found
 }
 
 fn read(path: &str) -> String {
@@ -114,6 +133,24 @@ fn printed(name: &str) -> String {
             Mode::ALL
                 .iter()
                 .map(|(name, mode, summary)| vec![code(name), (*summary).to_owned(), code(mode.flags())]),
+        ),
+        "gap" => fenced("rust", &read(GAP)),
+        "gap-lint" => {
+            let compiled = compiled(GAP, &["meet", "meet_norm", "ball", "ball_norm"]);
+            let all = compiled.functions.iter().map(|f| render(&advise(&f.definition), &compiled.source));
+            fenced("text", &all.collect::<Vec<String>>().join("\n"))
+        }
+        "gap-warning" => {
+            let compiled = compiled(GAP, &["meet_norm"]);
+            let mut warnings = advise(&compiled.functions[0].definition).warnings;
+            warnings.retain(|warning| warning.message.contains("100 × critical"));
+            fenced("text", &Diagnostics::new(compiled.source.clone(), warnings).render(false))
+        }
+        "bodies" => bodies(),
+        "outputs" => outputs(),
+        "layouts" => table(
+            &["layout", "what it holds"],
+            LAYOUTS.iter().map(|row| vec![code(row.name), row.summary.to_owned()]),
         ),
         "derivatives" => derivatives(),
         "functions" => functions(),
@@ -207,6 +244,35 @@ fn derivatives() -> String {
     table(&["function", "derivative"], rows)
 }
 
+/// The body types.
+fn bodies() -> String {
+    let field = |field: &Field| {
+        let ty = if field.role == Role::Orientation { "Quat" } else { "Vec3" };
+        code(&format!("{}: {ty}", field.name))
+    };
+    let row = |body: &BodyRow| {
+        let coordinates = body.coordinates.join(", ");
+        let fields: Vec<String> = body.fields.iter().map(field).collect();
+        let coordinates = format!("{}: {coordinates}", body.coordinates.len());
+        vec![code(body.name), fields.join(", "), coordinates]
+    };
+    table(&["body", "fields", "coordinates"], BODIES.iter().map(row))
+}
+
+/// What `--outputs` takes.
+fn outputs() -> String {
+    let row = |(name, parts): &(&str, &[Part])| {
+        let axis = |axis: Axis| if axis == Axis::Row { "[m]" } else { "[N]" };
+        let field = |part: &Part| {
+            let row = part.row();
+            let shape = axis(row.rows).to_owned() + row.columns.map_or("", axis);
+            format!("{}: {}", code(&format!("{}{shape}", row.name)), row.summary)
+        };
+        vec![code(name), parts.iter().map(field).collect::<Vec<String>>().join("; ")]
+    };
+    table(&["output", "fields of `out`"], Part::CHOICES.iter().map(row))
+}
+
 /// The methods, a table for each type.
 fn functions() -> String {
     let rows = forcec::check::reference();
@@ -260,7 +326,7 @@ fn reprinted(text: &str) -> String {
 
 #[test]
 fn printed_blocks_are_what_the_code_prints() {
-    for path in DOCUMENTS {
+    for path in PRINTED {
         let text = read(path);
         let expected = reprinted(&text);
         if std::env::var_os("FORCEC_BLESS").is_some() {
@@ -275,30 +341,105 @@ fn printed_blocks_are_what_the_code_prints() {
     }
 }
 
-/// The fenced block that follows a marker.
+/// The fenced block that follows a marker: where its text begins, and the text.
+fn fence(text: &str) -> (usize, &str) {
+    let start = text.find("\n```").expect("a block follows") + 1;
+    let start = start + text[start..].find('\n').expect("the block begins") + 1;
+    (start, text[start..].split_once("```").expect("the block ends").0)
+}
+
+/// The fenced block that follows this marker.
 fn block<'a>(text: &'a str, marker: &str) -> &'a str {
     let start = text.find(marker).unwrap_or_else(|| panic!("`{marker}` is there")) + marker.len();
-    let body = text[start..].split_once("\n```").expect("a block follows").1;
-    body.split_once('\n').unwrap().1.split_once("```").expect("the block ends").0
+    fence(&text[start..]).1
+}
+
+/// Does what a document tells its reader to, in an empty folder, and returns the document as it should be: files between
+/// `<!-- file: NAME -->` and the end of a block are written, `<!-- commands -->` run, and must not complain; what they print
+/// ends with the block after `<!-- output -->`; what they write stands beside the document as `<!-- made: NAME -->`.
+fn followed(path: &str) -> String {
+    let text = read(path);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("followed").join(path);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let own = Path::new(env!("CARGO_BIN_EXE_forcec")).parent().unwrap();
+    let search = std::env::var_os("PATH").unwrap_or_default();
+    let search = std::env::join_paths(std::iter::once(own.to_owned()).chain(std::env::split_paths(&search)));
+    let (mut result, mut rest, mut printed, mut commands) = (String::new(), text.as_str(), String::new(), 0);
+    while let Some(start) = rest.find("<!-- ") {
+        let (marker, _) = rest[start + 5..].split_once(" -->").expect("a marker ends");
+        let end = start + 5 + marker.len() + 4;
+        result.push_str(&rest[..end]);
+        rest = &rest[end..];
+        if let Some(name) = marker.strip_prefix("file: ") {
+            fs::write(folder.join(name), fence(rest).1).unwrap();
+        } else if marker == "commands" {
+            let mut shell = Command::new("sh");
+            shell
+                .args(["-e", "-c", fence(rest).1])
+                .current_dir(&folder)
+                .env("PATH", search.as_ref().unwrap());
+            let output = shell.output().unwrap();
+            printed = String::from_utf8_lossy(&output.stdout).into_owned();
+            let errors = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success() && errors.is_empty(), "{path}:\n{printed}{errors}");
+            commands += 1;
+        } else if marker == "output" {
+            let (at, expected) = fence(rest);
+            let lines: Vec<&str> = printed.lines().collect();
+            let last = &lines[lines.len().saturating_sub(expected.lines().count())..];
+            result.push_str(&rest[..at]);
+            result.push_str(&(last.join("\n") + "\n"));
+            rest = &rest[at + expected.len()..];
+        } else if let Some(name) = marker.strip_prefix("made: ") {
+            let beside = root().join(path).with_file_name(name);
+            let made = fs::read_to_string(folder.join(name)).unwrap();
+            if std::env::var_os("FORCEC_BLESS").is_some() {
+                fs::write(&beside, &made).unwrap();
+            }
+            let same = fs::read_to_string(&beside).is_ok_and(|text| text == made);
+            assert!(same, "{path}: {name} is not what its program writes; run with FORCEC_BLESS=1");
+        }
+    }
+    assert!(commands > 0, "{path} has commands");
+    result + rest
+}
+
+/// That a document's programs run and print what it says.
+fn follow(path: &str) {
+    let (text, expected) = (read(path), followed(path));
+    if std::env::var_os("FORCEC_BLESS").is_some() {
+        fs::write(root().join(path), &expected).unwrap();
+    } else if text != expected {
+        let differs = text.lines().zip(expected.lines()).find(|(x, y)| x != y);
+        let (found, wanted) = differs.unwrap_or(("the end", "more, or less"));
+        panic!("{path} says\n  {found}\nand its programs print\n  {wanted}");
+    }
 }
 
 #[test]
 fn the_example_of_the_readme_runs() {
-    let readme = read("README.md");
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme");
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    for name in ["bands.rs", "main.c"] {
-        fs::write(folder.join(name), block(&readme, &format!("<!-- file: {name} -->"))).unwrap();
-    }
-    let commands =
-        block(&readme, "<!-- commands -->").replace("forcec ", &format!("{} ", env!("CARGO_BIN_EXE_forcec")));
-    let output = Command::new("sh").args(["-e", "-c", &commands]).current_dir(&folder).output().unwrap();
-    let (out, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "{out}{errors}");
-    assert_eq!(errors, "", "nothing warns");
-    let expected = block(&readme, "<!-- output -->");
-    assert!(out.ends_with(expected), "the program prints\n{out}\nand not\n{expected}");
+    follow("README.md");
+}
+
+#[test]
+fn the_tutorial_works() {
+    follow("docs/tutorial.md");
+}
+
+#[test]
+fn the_programs_of_the_guide_run() {
+    follow("docs/integration.md");
+}
+
+/// The force file that the reference shows is one.
+#[test]
+fn the_force_file_of_the_reference_compiles() {
+    let reference = read("docs/language.md");
+    let source = Source::new("reference.rs", block(&reference, "## A force file"));
+    let compiled =
+        compile(&source, &|_| true, forcec::Effort::Quick).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!((compiled.names, compiled.warnings.len()), (vec!["point_to_point".to_owned()], 0));
 }
 
 /// The recipe for snapshots, followed in a crate of its own: the first run writes them, the second compares, and a change of
@@ -349,30 +490,50 @@ fn the_recipe_for_snapshots_works() {
     assert!(!passed && text.contains("rubber_band"), "{text}");
 }
 
-/// The anchor GitHub gives a heading.
-fn anchor(heading: &str) -> String {
-    let kept = heading.to_lowercase().replace(' ', "-");
-    kept.chars().filter(|c| c.is_alphanumeric() || "-_".contains(*c)).collect()
+/// The anchors that GitHub and mdBook give the headings of a document: of those that are alike the later are numbered.
+fn anchors(text: &str) -> Vec<String> {
+    let mut anchors: Vec<String> = Vec::new();
+    let outside = text.split("\n```").step_by(2).flat_map(str::lines);
+    for heading in outside.filter(|line| line.starts_with('#')) {
+        let kept = heading.trim_start_matches('#').trim().to_lowercase().replace(' ', "-");
+        let anchor: String = kept.chars().filter(|c| c.is_alphanumeric() || "-_".contains(*c)).collect();
+        let alike = |own: &&String| {
+            own.rsplit_once('-').map_or(*own == &anchor, |(head, _)| head == anchor || *own == &anchor)
+        };
+        let before = anchors.iter().filter(alike).count();
+        anchors.push(if before == 0 { anchor } else { format!("{anchor}-{before}") });
+    }
+    anchors
 }
 
 #[test]
 fn links_lead_somewhere() {
-    for path in DOCUMENTS {
-        let text = read(path);
-        let folder = Path::new(path).parent().unwrap();
+    for path in documents() {
+        let text = read(&path);
+        let folder = Path::new(&path).parent().unwrap();
         for link in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
             if link.starts_with("https://") {
                 continue;
             }
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
-            let target = if file.is_empty() { PathBuf::from(path) } else { folder.join(file) };
+            let target = if file.is_empty() { PathBuf::from(&path) } else { folder.join(file) };
             assert!(root().join(&target).exists(), "{path} links to {link}");
             if !heading.is_empty() {
-                let text = read(target.to_str().unwrap());
-                let mut headings = text.lines().filter(|line| line.starts_with('#'));
-                let found = headings.any(|line| anchor(line.trim_start_matches('#').trim()) == heading);
+                let found = anchors(&read(target.to_str().unwrap())).iter().any(|anchor| anchor == heading);
                 assert!(found, "{path} links to {link}");
             }
         }
     }
+}
+
+/// Every page is in the book, and nothing else.
+#[test]
+fn the_book_has_every_page() {
+    let summary = read("docs/SUMMARY.md");
+    let mut listed: Vec<String> =
+        summary.split("](").skip(1).map(|rest| format!("docs/{}", rest.split(')').next().unwrap())).collect();
+    listed.sort();
+    let pages =
+        documents().into_iter().filter(|path| path.starts_with("docs/") && !path.ends_with("SUMMARY.md"));
+    assert_eq!(listed, pages.collect::<Vec<String>>());
 }

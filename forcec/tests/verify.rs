@@ -41,7 +41,14 @@ impl Sample {
 
     fn definition(&self, mut graph: Graph) -> Definition {
         let law = (self.law)(&mut graph);
-        Definition { name: self.name.into(), docs: vec![], span: Default::default(), graph, law }
+        Definition {
+            name: self.name.into(),
+            docs: vec![],
+            span: Default::default(),
+            graph,
+            law,
+            singular: vec![],
+        }
     }
 
     fn source(&self) -> Definition {

@@ -2,7 +2,7 @@
 //! by hand take beside it, an instance.
 
 use forcec_bench::kernels::{BY_HAND, FLAGS, RUST_FLAGS};
-use forcec_bench::layouts::measure;
+use forcec_bench::layouts::{measure, table};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -19,13 +19,6 @@ fn main() -> ExitCode {
         eprintln!("{}: {error}", folder.display());
     }
     println!("`{kernel}`, gcc {FLAGS}; rustc {RUST_FLAGS}; {rounds} rounds\n");
-    println!("| variant | code | ns | by hand = 1 | quartiles |\n|---|---|--:|--:|--:|");
-    for row in &rows {
-        let (time, ratio) = (row.time.median, row.ratio);
-        println!(
-            "| {} | {} | {time:.1} | {:.3} | {:.3} … {:.3} |",
-            row.variant, row.maker, ratio.median, ratio.low, ratio.high
-        );
-    }
+    print!("{}", table(&rows));
     ExitCode::SUCCESS
 }

@@ -57,9 +57,10 @@ pub(crate) fn define(
         return Outcome { definition: None, diagnostics, steps };
     }
     let mut graph = elaborator.graph;
+    let mut singular = Vec::new();
     if simplifies {
-        let ranges = ranges::analyse(&graph);
-        diagnostics.extend(risks::warnings(&graph, &ranges, &elaborator.risks));
+        singular = risks::singular(&graph, &ranges::analyse(&graph), &elaborator.risks);
+        diagnostics.extend(singular.iter().map(|place| place.warning.clone()));
     }
     let law = law(function, &value);
     graph.signature.rows = law.rows();
@@ -73,7 +74,7 @@ pub(crate) fn define(
         }
     }
     let (name, docs) = (function.name.text.clone(), function.docs.clone());
-    let definition = Definition { name, docs, span: function.name.span, graph, law };
+    let definition = Definition { name, docs, span: function.name.span, graph, law, singular };
     Outcome { definition: Some(definition), diagnostics, steps }
 }
 

@@ -1,9 +1,10 @@
 //! Places where a formula, or its derivative, can be singular.
 //!
-//! In: places noted while elaborating, and the ranges of the finished graph. Out: warnings for those that neither the
+//! In: places noted while elaborating, and the ranges of the finished graph. Out: those, each with a warning, that neither the
 //! stated domains, nor the way they are written, nor the branch they stand in keep away from the singularity.
 
 use super::ranges::{Interval, Ranges};
+use crate::definition::Singular;
 use crate::diagnostic::Diagnostic;
 use crate::ops::{Function, FunctionDomain};
 use crate::span::Span;
@@ -41,9 +42,27 @@ pub(crate) enum RiskKind {
     Pair(Function),
 }
 
-/// The warnings of a function.
-pub(crate) fn warnings(graph: &Graph, ranges: &Ranges, risks: &[Risk]) -> Vec<Diagnostic> {
-    risks.iter().filter_map(|risk| warning(graph, ranges, risk)).collect()
+/// The places of a function that deserve a warning.
+pub(crate) fn singular(graph: &Graph, ranges: &Ranges, risks: &[Risk]) -> Vec<Singular> {
+    let place = |risk: &Risk| {
+        let warning = warning(graph, ranges, risk)?;
+        Some(Singular { operand: risk.operand, ends: risk.kind.ends(), warning })
+    };
+    risks.iter().filter_map(place).collect()
+}
+
+impl RiskKind {
+    /// What the operand is worth where something is singular.
+    fn ends(self) -> Vec<f64> {
+        match self {
+            RiskKind::Call(function) => match function.row().domain {
+                FunctionDomain::Unit => vec![-1.0, 1.0],
+                FunctionDomain::AtLeast(bound) | FunctionDomain::Above(bound) => vec![bound],
+                _ => vec![0.0],
+            },
+            _ => vec![0.0],
+        }
+    }
 }
 
 fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {

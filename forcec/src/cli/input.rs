@@ -1,8 +1,10 @@
 //! What a command is to work on: force files, read, checked and compiled together.
 
-use super::{Failure, Input, Progress, colour, complain};
-use crate::diagnostic::Diagnostics;
+use super::{Failure, Files, Input, Progress, colour, complain};
+use crate::compile::Request;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::files::{self, Unit};
+use crate::span::Source;
 use crate::syntax;
 
 impl Input {
@@ -14,21 +16,31 @@ impl Input {
                 "error: the layout `{name}` says itself what is computed\n  = help: leave `--outputs` out"
             )));
         }
+        self.files
+            .compile(&self.search.request(), &|unit| warn(&unit.compiled.source, &unit.compiled.warnings))
+    }
+}
+
+/// Prints warnings.
+pub(super) fn warn(source: &Source, warnings: &[Diagnostic]) {
+    let warnings = Diagnostics::new(source.clone(), warnings.to_vec());
+    if !warnings.list.is_empty() {
+        complain(&(warnings.render(colour()) + "\n"));
+    }
+}
+
+impl Files {
+    /// Reads, checks and compiles what is wanted; of each file that could be compiled `warn` is told, even if others have errors.
+    pub(super) fn compile(&self, request: &Request, warn: &dyn Fn(&Unit)) -> Result<Vec<Unit>, Failure> {
         let found = files::read_all(&self.paths);
         let mut errors = found.errors;
         let progress = Progress::new(found.sources.len());
-        let request = self.search.request();
         let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|only| only == name);
         let (units, wrong) =
-            files::compile_all(found.sources, &wanted, &request, &mut |name| progress.step(name));
+            files::compile_all(found.sources, &wanted, request, &mut |name| progress.step(name));
         errors.extend(wrong.iter().map(|diagnostics| diagnostics.render(colour())));
         drop(progress);
-        for unit in &units {
-            let warnings = Diagnostics::new(unit.compiled.source.clone(), unit.compiled.warnings.clone());
-            if !warnings.list.is_empty() {
-                complain(&(warnings.render(colour()) + "\n"));
-            }
-        }
+        units.iter().for_each(warn);
         if errors.is_empty() {
             errors.extend(files::duplicates(&units));
             errors.extend(self.unknown_names(&units));

@@ -5,6 +5,7 @@
 mod build;
 mod check;
 mod input;
+mod lint;
 mod show;
 mod stats;
 
@@ -20,6 +21,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -27,6 +30,7 @@ Examples:
   forcec build forces/ --out src/kernels --target rust --real f64 --real f32
   forcec build forces/ --out kernels --check         exit 1 if the files on disk are not these
   forcec check forces/                               compare every kernel with its mathematics
+  forcec lint forces/                                how functions behave in a solver
   forcec show joints.rs hinge --stage derivative     what the blocks of the hinge are
   forcec stats forces/                               operations, lines and compile time";
 
@@ -48,8 +52,14 @@ enum Command {
     /// Compare kernels with the mathematics of their source
     #[command(after_help = "Example:\n  forcec check forces/ --only hinge")]
     Check(check::Check),
+    /// Advise on formulations: nonlinear, singular, badly damped, unstable at which step
+    #[command(after_help = "Example:\n  forcec lint forces/ --only distance --deny-warnings")]
+    Lint(lint::Lint),
     /// Print one stage of one force function
-    #[command(after_help = "Example:\n  forcec show joints.rs hinge --stage latex")]
+    #[command(
+        after_help = "Example:\n  forcec lint forces/                                how functions behave in a solver
+  forcec show joints.rs hinge --stage latex"
+    )]
     Show(show::Show),
     /// Print operations, lines, non-zeros and compile time of every kernel
     #[command(after_help = "Example:\n  forcec stats forces/ --json")]
@@ -65,14 +75,21 @@ enum Command {
 /// Where force functions come from.
 #[derive(clap::Args)]
 struct Input {
+    #[command(flatten)]
+    files: Files,
+    #[command(flatten)]
+    search: Search,
+}
+
+/// Which force functions.
+#[derive(clap::Args)]
+struct Files {
     /// Force files, or folders that are searched for them
     #[arg(value_name = "PATH", required = true)]
     paths: Vec<PathBuf>,
     /// Only the force function of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    #[command(flatten)]
-    search: Search,
 }
 
 /// How to make kernels.
@@ -99,6 +116,13 @@ struct Search {
     /// How many instances a kernel computes at once, from structures of arrays
     #[arg(long, value_parser = lanes, default_value = "1", value_name = "1|4|8")]
     lanes: usize,
+    #[command(flatten)]
+    known: Known,
+}
+
+/// What is known of force functions beforehand.
+#[derive(clap::Args)]
+struct Known {
     /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
     #[arg(long, value_name = "BODY")]
     fixed: Vec<String>,
@@ -113,12 +137,17 @@ impl Search {
         if let Some(passes) = &self.passes {
             plan.passes = passes.iter().fold(0, |all, pass| all | pass);
         }
-        let known = Specialization { fixed: self.fixed.clone(), set: self.set.clone() };
         let outputs = match &self.outputs {
             Some(chosen) => Part::in_order(chosen.concat()),
             None => Part::DEFAULT.to_vec(),
         };
-        Request { plan, known, outputs, layout: self.layout, lanes: self.lanes }
+        Request { plan, known: self.known.specialization(), outputs, layout: self.layout, lanes: self.lanes }
+    }
+}
+
+impl Known {
+    fn specialization(&self) -> Specialization {
+        Specialization { fixed: self.fixed.clone(), set: self.set.clone() }
     }
 }
 
@@ -186,6 +215,7 @@ pub fn main() -> ExitCode {
     let outcome = match arguments.command {
         Command::Build(build) => build.run(),
         Command::Check(check) => check.run(),
+        Command::Lint(lint) => lint.run(),
         Command::Show(show) => show.run(),
         Command::Stats(stats) => stats.run(),
         Command::Completions { shell } => {
@@ -223,6 +253,34 @@ fn complain(text: &str) {
 /// Whether messages may be coloured: only on a terminal, and never under `NO_COLOR`.
 fn colour() -> bool {
     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+/// What `work` makes of each item, in their order, on all processors; with a progress line that names them.
+fn in_parallel<T: Sync, R: Send>(
+    items: &[T],
+    name: impl Fn(&T) -> &str + Sync,
+    work: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    let progress = Progress::new(items.len());
+    let next = AtomicUsize::new(0);
+    let results: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::new());
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len().max(1));
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(index) else { break };
+                    let result = work(item);
+                    progress.step(name(item));
+                    results.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
+                }
+            });
+        }
+    });
+    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// A progress line on a terminal, once the work takes longer than a second.

@@ -1,6 +1,6 @@
 //! `forcec show`: one stage of one force function.
 
-use super::{Failure, Input, Outcome, Search, print};
+use super::{Failure, Files, Input, Outcome, Search, print};
 use crate::derive::derive;
 use crate::formula::Dialect;
 use crate::kernel::{Precision, Target};
@@ -47,7 +47,8 @@ pub(super) struct Show {
 
 impl Show {
     pub(super) fn run(self) -> Outcome {
-        let input = Input { paths: vec![self.path], only: vec![self.name.clone()], search: self.search };
+        let files = Files { paths: vec![self.path], only: vec![self.name.clone()] };
+        let input = Input { files, search: self.search };
         let units = input.compile()?;
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;

@@ -1,0 +1,203 @@
+//! `document`: the tables of the documents, measured and printed anew.
+//!
+//! In: which steps. Out: documents with what stands between the marks of each step replaced, by the machine, the date, the
+//! versions and a table. A step is a row of [`STEPS`]; a new table or figure is a new row.
+
+use crate::catalogue::{self, CASES};
+use crate::kernels::{self, BY_HAND, FLAGS, Plan, RUST_FLAGS, STATES};
+use crate::precision::{self, PROBLEMS, STEPS as STEP_SIZES};
+use crate::{chain, compile_all, layouts, nodes, peers};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+/// What to print, and how carefully.
+#[derive(clap::Args, Debug, Default)]
+pub struct Options {
+    /// Names of steps; all that need no peers if there are none.
+    steps: Vec<String>,
+    /// Few rounds and short runs: to see whether it works.
+    #[arg(long)]
+    quick: bool,
+    /// Kernels by other tools, as `bench/peers/setup.sh` leaves them; the step `peers` is done too.
+    #[arg(long, value_name = "DIR")]
+    peers: Option<PathBuf>,
+    /// Where the documents are.
+    #[arg(long, value_name = "DIR", default_value = "docs")]
+    into: PathBuf,
+}
+
+/// A part of a document that is measured.
+pub struct Step {
+    /// Its name.
+    pub name: &'static str,
+    /// The document.
+    pub document: &'static str,
+    /// What it prints: marks in the document, and, with an ending, files beside it.
+    pub prints: &'static [&'static str],
+    /// Measures: a text for each of these.
+    run: fn(&Options) -> Result<Vec<String>, String>,
+}
+
+/// Every step, in order.
+pub const STEPS: [Step; 6] = [
+    Step { name: "kernels", document: "benchmarks.md", prints: &["kernels"], run: kernels },
+    Step { name: "layouts", document: "benchmarks.md", prints: &["layouts"], run: layouts },
+    Step { name: "growth", document: "benchmarks.md", prints: &["growth"], run: growth },
+    Step { name: "catalogue", document: "catalogue.md", prints: &["catalogue"], run: catalogue },
+    Step { name: "precision", document: "catalogue.md", prints: &["precision"], run: precision },
+    Step {
+        name: PEERS,
+        document: "benchmarks.md",
+        prints: &["peers-setting", "peers-summary", "peers"],
+        run: by_peers,
+    },
+];
+
+/// The step that needs kernels by others.
+const PEERS: &str = "peers";
+
+/// Runs steps and writes each one's part of its document as soon as it is there.
+pub fn document(options: &Options) -> Result<(), String> {
+    if let Some(unknown) = options.steps.iter().find(|name| STEPS.iter().all(|step| step.name != **name)) {
+        let names: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
+        return Err(format!("no step `{unknown}`; there are {}", names.join(", ")));
+    }
+    let wanted = |step: &&Step| match options.steps.as_slice() {
+        [] => step.name != PEERS || options.peers.is_some(),
+        names => names.iter().any(|name| name == step.name),
+    };
+    for step in STEPS.iter().filter(wanted) {
+        let started = Instant::now();
+        let texts = (step.run)(options)?;
+        let path = options.into.join(step.document);
+        let failed = |path: &Path, error: std::io::Error| format!("{}: {error}", path.display());
+        let mut text = std::fs::read_to_string(&path).map_err(|error| failed(&path, error))?;
+        for (name, printed) in step.prints.iter().zip(texts) {
+            if name.contains('.') {
+                let beside = options.into.join(name);
+                std::fs::write(&beside, printed).map_err(|error| failed(&beside, error))?;
+            } else {
+                text = peers::print_into(&text, &[(name, printed)])?;
+            }
+        }
+        std::fs::write(&path, text).map_err(|error| failed(&path, error))?;
+        println!("{}: {}, {:.0} s", step.name, path.display(), started.elapsed().as_secs_f64());
+    }
+    Ok(())
+}
+
+/// The first line that a program prints.
+fn first_line(program: &str, arguments: &[&str]) -> String {
+    let output = Command::new(program).args(arguments).output().map(|output| output.stdout);
+    let text = String::from_utf8_lossy(&output.unwrap_or_default()).into_owned();
+    text.lines().next().unwrap_or("unknown").trim().to_owned()
+}
+
+/// The machine and the date.
+pub fn machine() -> String {
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let cpu = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    format!("{}; {}", cpu.map_or("unknown processor", |(_, name)| name), first_line("date", &["+%F"]))
+}
+
+/// The machine, the date, the versions and flags.
+pub fn setting(plan: &Plan) -> String {
+    let mut versions: Vec<String> =
+        plan.peers.iter().map(|peer| format!("{} {}", peer.name, peer.version)).collect();
+    versions.sort();
+    versions.dedup();
+    let mut text = machine() + "\n";
+    text += &format!("{}: {}\n", first_line("gcc", &["--version"]), plan.flags.join(" "));
+    text += &format!("{}: {RUST_FLAGS}\n", first_line("rustc", &["--version"]));
+    if !versions.is_empty() {
+        text += &format!("{}\n", versions.join(", "));
+    }
+    text + &format!("\nns a call, {} rounds of {STATES} states\n", plan.rounds)
+}
+
+/// A setting as a block of a document.
+fn fenced(text: &str) -> String {
+    format!("```text\n{text}```\n")
+}
+
+/// What was measured in Rust alone, and with what.
+fn of_rust(table: &str) -> String {
+    let version = first_line("rustc", &["--version"]);
+    format!("{}\n\n{table}", fenced(&format!("{}; {version}\n", machine())).trim_end())
+}
+
+/// A folder to build in, while something works in it.
+fn in_folder<T>(name: &str, work: impl FnOnce(&Path) -> T) -> Result<T, String> {
+    let folder = std::env::temp_dir().join(format!("forcec-{name}-{}", std::process::id()));
+    let result = work(&folder);
+    std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    Ok(result)
+}
+
+/// What is measured unless told otherwise.
+fn plan(options: &Options) -> Plan {
+    let flags = FLAGS.split(' ').map(str::to_owned).collect();
+    Plan { only: Vec::new(), rounds: if options.quick { 3 } else { 51 }, flags, peers: Vec::new() }
+}
+
+fn kernels(options: &Options) -> Result<Vec<String>, String> {
+    let mut plan = plan(options);
+    if options.quick {
+        plan.only = BY_HAND.map(str::to_owned).to_vec();
+    }
+    let rows = in_folder("kernels", |folder| kernels::measure(&plan, folder))?;
+    Ok(vec![format!("{}\n{}", fenced(&setting(&plan)), kernels::table(&rows))])
+}
+
+fn layouts(options: &Options) -> Result<Vec<String>, String> {
+    let plan = plan(options);
+    let kernel = BY_HAND[0];
+    let rows = in_folder("layouts", |folder| layouts::measure(kernel, plan.rounds, folder))?;
+    Ok(vec![format!("{}\n{}", fenced(&(setting(&plan) + kernel + "\n")), layouts::table(&rows))])
+}
+
+fn growth(options: &Options) -> Result<Vec<String>, String> {
+    let links = if options.quick { &[220][..] } else { &[220, 2200, 22_000] };
+    Ok(vec![of_rust(&growth_table(links))])
+}
+
+/// How compile time grows with a kernel: chains of so many helper functions each, of which 22,000 make 1e6 nodes.
+pub fn growth_table(links: &[usize]) -> String {
+    let mut text = String::from("| nodes | seconds | µs a node |\n|--:|--:|--:|\n");
+    for links in links {
+        let source = chain(*links);
+        let started = Instant::now();
+        let compiled = compile_all(&source);
+        let (seconds, nodes) = (started.elapsed().as_secs_f64(), nodes(&compiled));
+        let _ = writeln!(text, "| {nodes} | {seconds:.2} | {:.1} |", seconds * 1e6 / nodes as f64);
+    }
+    text
+}
+
+fn catalogue(options: &Options) -> Result<Vec<String>, String> {
+    let mut text = format!("{}\n", catalogue::HEAD);
+    for case in &CASES {
+        let _ = writeln!(text, "{}", catalogue::row(case, &(case.run)(options.quick)));
+    }
+    Ok(vec![of_rust(&text)])
+}
+
+fn precision(options: &Options) -> Result<Vec<String>, String> {
+    // Of eight steps the two that a game would take, and a finer one.
+    let steps = if options.quick { &STEP_SIZES[1..2] } else { &STEP_SIZES[1..4] };
+    let tables = PROBLEMS.iter().map(|problem| {
+        let (points, own) = precision::measure(problem, steps);
+        precision::table(problem, &points, own)
+    });
+    Ok(vec![of_rust(&tables.collect::<Vec<String>>().join("\n"))])
+}
+
+fn by_peers(options: &Options) -> Result<Vec<String>, String> {
+    let folder = options.peers.as_ref().ok_or("the step `peers` needs `--peers DIR`; see bench/README.md")?;
+    let mut plan = Plan { peers: peers::read(folder)?, ..plan(options) };
+    plan.only = plan.peers.iter().map(|peer| peer.kernel.clone()).collect();
+    let lines = in_folder("peers", |folder| peers::lines(&plan, kernels::measure(&plan, folder), folder))?;
+    Ok(vec![fenced(&setting(&plan)), peers::summary(&lines), peers::table(&lines)])
+}

@@ -1,0 +1,40 @@
+//! `forcec lint`: how force functions behave in a solver, and what to write instead.
+
+use super::input::warn;
+use super::{Failure, Files, Known, Outcome, in_parallel, print};
+use crate::compile::Request;
+use crate::lint::{advise, render};
+use crate::plan::Effort;
+
+#[derive(clap::Args)]
+pub(super) struct Lint {
+    #[command(flatten)]
+    files: Files,
+    #[command(flatten)]
+    known: Known,
+    /// Exit 1 if there is a warning
+    #[arg(long)]
+    deny_warnings: bool,
+}
+
+impl Lint {
+    pub(super) fn run(self) -> Outcome {
+        let request = Request { known: self.known.specialization(), ..Effort::Quick.into() };
+        // What the compiler warns of is said below, with what was measured there.
+        let units = self.files.compile(&request, &|_| ())?;
+        let units: Vec<_> = units.iter().map(|unit| &unit.compiled).collect();
+        let functions: Vec<_> =
+            units.iter().flat_map(|unit| &unit.functions).map(|f| &f.definition).collect();
+        let all = in_parallel(&functions, |definition| &definition.name, |definition| advise(definition));
+        let mut all = all.into_iter();
+        let mut warned = false;
+        for unit in units {
+            for advice in all.by_ref().take(unit.functions.len()) {
+                print(&(render(&advice, &unit.source) + "\n"))?;
+                warn(&unit.source, &advice.warnings);
+                warned |= !advice.warnings.is_empty();
+            }
+        }
+        if warned && self.deny_warnings { Err(Failure::Check) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,160 @@
+//! Advice on formulations: how a force function behaves in a solver, measured.
+//!
+//! In: a definition. Out: [`Advice`], numbers about it and warnings at places of its source. Promise: the same definition
+//! gives the same advice. What is measured, and at which states, is in `docs/language.md`.
+
+mod approach;
+mod hang;
+mod measure;
+mod model;
+mod text;
+
+pub use approach::{Approach, Growth};
+pub use hang::{DAMPING, STIFFNESS, Steps};
+pub use measure::{Damping, STEP, Stiffness};
+pub use text::render;
+
+use crate::definition::{Definition, Law};
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+use crate::verify::states::Random;
+use model::Model;
+
+/// States that are drawn.
+const STATES: usize = 40;
+/// How far from where a constraint is satisfied states are near it: along a random direction, m or rad.
+pub const GAP: f64 = 0.01;
+/// A first-order expansion that is off by more than this part of what changes is no use.
+const NONLINEAR: f64 = 0.5;
+/// A step that is shorter by this factor is a warning.
+const SHORTER: f64 = 10.0;
+/// What decides is at a singular place if it is no further from it than this where the constraint is satisfied.
+const AT: f64 = 2.0 * GAP;
+
+/// A number at random states, and at states near those at which a constraint is satisfied.
+#[derive(Clone, Copy, Debug)]
+pub struct Both<T> {
+    /// At random states.
+    pub random: Option<T>,
+    /// Near where the constraint is satisfied; none of what is no constraint.
+    pub near: Option<T>,
+}
+
+/// What there is to say about a force function.
+#[derive(Clone, Debug)]
+pub struct Advice {
+    /// Its name.
+    pub name: String,
+    /// Where the name stands.
+    pub span: Span,
+    /// What it states: `constraint`, `energy` or `force`.
+    pub kind: &'static str,
+    /// How far it is from its first-order expansion over [`STEP`], relative to the change that this predicts.
+    pub nonlinearity: Both<f64>,
+    /// Its stiffness.
+    pub stiffness: Both<Stiffness>,
+    /// Its damping; none if velocities do not matter.
+    pub damping: Option<Damping>,
+    /// Places where it is singular, each with what was seen near it.
+    pub singular: Vec<(Span, Approach)>,
+    /// The largest stable steps of a body that hangs by it; none of a force, and of what holds nothing.
+    pub steps: Option<Steps>,
+    /// What deserves a look.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Measures a function.
+pub fn advise(definition: &Definition) -> Advice {
+    let model = Model::new(definition);
+    let drawn = model.draw(STATES, 1);
+    let near = if model.is_constraint() { near(&model, &drawn) } else { Vec::new() };
+    let kind = match definition.law {
+        Law::Constraint { .. } => "constraint",
+        Law::Energy(_) => "energy",
+        Law::Force(_) => "force",
+    };
+    let approaches = definition.singular.iter();
+    let mut advice = Advice {
+        name: definition.name.clone(),
+        span: definition.span,
+        kind,
+        nonlinearity: Both {
+            random: measure::nonlinearity(&model, &drawn),
+            near: measure::nonlinearity(&model, &near),
+        },
+        stiffness: Both {
+            random: measure::stiffness(&model, &drawn),
+            near: measure::stiffness(&model, &near),
+        },
+        damping: measure::damping(&model, &drawn),
+        singular: approaches
+            .filter_map(|place| Some((place.warning.span?, approach::approach(&model, place, &drawn, &near))))
+            .collect(),
+        steps: if kind == "force" { None } else { hang::largest_steps(&model) },
+        warnings: Vec::new(),
+    };
+    advice.warnings = warnings(definition, &advice);
+    advice
+}
+
+/// States near where a constraint is satisfied.
+fn near(model: &Model, drawn: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut random = Random::new(2);
+    let all = 0..model.freedoms();
+    let satisfied = drawn.iter().filter_map(|state| model.satisfied(state, &all));
+    let moved = satisfied.map(|state| model.moved(&state, &(model.direction(&mut random, &all) * GAP)));
+    moved.filter(|state| model.at(state).is_finite()).collect()
+}
+
+fn warnings(definition: &Definition, advice: &Advice) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    let places = definition.singular.iter().zip(&advice.singular);
+    let at_zero = |approach: &Approach| approach.satisfied.is_some_and(|distance| distance <= AT);
+    for (place, (_, approach)) in places {
+        let mut warning = place.warning.clone();
+        warning.label = text::label(approach, at_zero(approach));
+        warnings.push(warning);
+    }
+    let here = |message: String, label: &str| Diagnostic::warning(definition.span, message, label);
+    let name = &definition.name;
+    if let Some(near) = advice.nonlinearity.near.filter(|near| *near > NONLINEAR) {
+        let message =
+            format!("near C = 0 `{name}` leaves its first-order expansion by {}", text::percent(near));
+        let label = "over a step of 1/60 s at speeds of a few m/s and rad/s";
+        warnings.push(here(message, label).help("formulate with rows that change more evenly"));
+    }
+    if let Some(damping) = advice.damping.filter(|damping| damping.active > 0) {
+        let (active, all) = (damping.active, damping.states);
+        let message = format!("velocities let `{name}` bring in energy, at {active} of {all} states");
+        let label = "(F(V) − F(0))·V is above zero there";
+        warnings.push(here(message, label).help("see whether a sign or the domain of a parameter is wrong"));
+    }
+    if let Some(steps) = &advice.steps {
+        let seconds = |step: Option<f64>| step.unwrap_or(0.0);
+        let much_less = |step: Option<f64>, than: Option<f64>| seconds(step) * SHORTER < seconds(than);
+        let undamped = steps.full[0];
+        let damped = steps.full.iter().zip(DAMPING).skip(1).find(|(step, _)| much_less(**step, undamped));
+        if let Some((step, (label, _))) = damped {
+            let message = format!(
+                "with {label} the largest stable step of `{name}` is {}, without {}",
+                text::seconds(*step),
+                text::seconds(undamped)
+            );
+            let label = "the directions that it damps along turn too fast";
+            warnings.push(
+                here(message, label)
+                    .help("damp less, or formulate with rows that pull along steadier directions"),
+            );
+        }
+        if let Some(step) = steps.gauss_newton.first().filter(|step| much_less(**step, undamped)) {
+            let message = format!(
+                "with a Gauss–Newton stiffness the largest stable step of `{name}` is {}, with ∂F/∂X {}",
+                text::seconds(*step),
+                text::seconds(undamped)
+            );
+            let label = "−ks JᵀJ leaves out what holds the body across the rows";
+            warnings.push(here(message, label).help("solve with the kernel's own ∂F/∂X"));
+        }
+    }
+    warnings
+}
