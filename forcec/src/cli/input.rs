@@ -3,21 +3,18 @@
 use super::{Failure, Input, Progress, colour, complain};
 use crate::diagnostic::Diagnostics;
 use crate::files::{self, Unit};
-use crate::syntax;
+use crate::suggest;
 
 impl Input {
     /// Reads, checks and compiles everything asked for. Warnings are printed, errors of all files collected.
     pub(super) fn compile(&self) -> Result<Vec<Unit>, Failure> {
-        if self.search.outputs.is_some() && self.search.layout.row().computes.is_some() {
-            let name = self.search.layout.row().name;
-            return Err(Failure::Input(format!(
-                "error: the layout `{name}` says itself what is computed\n  = help: leave `--outputs` out"
-            )));
+        let request = self.search.request();
+        if let Some((message, help)) = request.conflict() {
+            return Err(Failure::Input(format!("error: {message}\n  = help: {help}")));
         }
         let found = files::read_all(&self.paths);
         let mut errors = found.errors;
         let progress = Progress::new(found.sources.len());
-        let request = self.search.request();
         let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|only| only == name);
         let (units, wrong) =
             files::compile_all(found.sources, &wanted, &request, &mut |name| progress.step(name));
@@ -44,7 +41,7 @@ impl Input {
         let unknown = self.only.iter().filter(|only| !names.contains(&only.as_str()));
         unknown
             .map(|only| {
-                let near = syntax::suggest::did_you_mean(only, names.iter().copied());
+                let near = suggest::did_you_mean(only, names.iter().copied());
                 let help = near.unwrap_or_else(|| "`forcec stats` lists the force functions".to_owned());
                 format!("error: no force function `{only}`\n  = help: {help}")
             })

@@ -57,9 +57,10 @@ impl Show {
         let parts = if whole { Part::DEFAULT.to_vec() } else { function.outputs() };
         let derived = || derive(&function.definition, &parts, function.formulation);
         let rendered = |target| {
-            let files = emit(&unit.file(&[Precision::F64]), target);
+            let files = unit.files(&[Precision::F64]);
             files
-                .into_iter()
+                .iter()
+                .flat_map(|file| emit(file, target))
                 .filter(|file| !file.name.ends_with(".h"))
                 .map(|file| file.text)
                 .collect::<String>()
