@@ -11,8 +11,8 @@ pub(super) struct Build {
     #[command(flatten)]
     input: Input,
     /// The folder the kernels are written to; it is made if it is not there
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "scene")]
+    out: Option<PathBuf>,
     #[command(flatten)]
     printed: Options<true>,
     /// Write nothing; exit 1 if a file on disk differs from what would be written
@@ -22,17 +22,24 @@ pub(super) struct Build {
 
 impl Build {
     pub(super) fn run(self) -> Outcome {
-        let units = self.input.compile()?;
         let printed = self.printed.request();
-        let outputs = files::outputs(
-            &units,
-            &self.out,
-            &printed.targets_or(Target::C),
-            &printed.precisions_or_double(),
-        );
+        let (units, scene) = match &self.input.scene {
+            Some(path) => {
+                let scene = self.input.scene(path)?;
+                (scene.units, Some((scene.out, scene.request)))
+            }
+            None => (self.input.compile()?, None),
+        };
+        // What the command says of these goes before what the scene does.
+        let (out, printed) = match (self.out, scene) {
+            (out, Some((own, request))) => (out.unwrap_or(own), request.with(&self.printed.0)),
+            (out, None) => (out.unwrap_or_default(), printed),
+        };
+        let outputs =
+            files::outputs(&units, &out, &printed.targets_or(Target::C), &printed.precisions_or_double());
         let outputs = outputs.map_err(Failure::Input)?;
         if !self.check {
-            return files::write(&self.out, &outputs).map_err(Failure::Input);
+            return files::write(&out, &outputs).map_err(Failure::Input);
         }
         let mut differ = false;
         for output in &outputs {

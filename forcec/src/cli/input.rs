@@ -1,13 +1,18 @@
 //! What a command is to work on: force files, read, checked and compiled together.
 
-use super::{Failure, Input, Progress, colour, complain};
+use super::scene::{self, Scene};
+use super::{Failure, Input, Progress, Search, colour, complain};
 use crate::diagnostic::Diagnostics;
 use crate::files::{self, Unit};
 use crate::suggest;
+use std::path::Path;
 
 impl Input {
     /// Reads, checks and compiles everything asked for. Warnings are printed, errors of all files collected.
     pub(super) fn compile(&self) -> Result<Vec<Unit>, Failure> {
+        if let Some(path) = &self.scene {
+            return self.scene(path).map(|scene| scene.units);
+        }
         let request = self.search.request();
         if let Some((message, help)) = request.conflict() {
             return Err(Failure::Input(format!("error: {message}\n  = help: {help}")));
@@ -32,6 +37,17 @@ impl Input {
             errors.extend(files::unknown(&units, &request.known));
         }
         if errors.is_empty() { Ok(units) } else { Err(Failure::Input(errors.join("\n\n"))) }
+    }
+
+    /// The kernels of a scene, which says itself how they are made.
+    pub(super) fn scene(&self, path: &Path) -> Result<Scene, Failure> {
+        let Search { options, passes } = &self.search;
+        if !options.0.is_empty() || passes.is_some() || !self.only.is_empty() {
+            let message =
+                "error: a scene says itself how its kernels are made\n  = help: write the options into it";
+            return Err(Failure::Input(message.to_owned()));
+        }
+        scene::compile(path)
     }
 
     /// Names that were asked for and are not there.

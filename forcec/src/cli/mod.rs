@@ -6,6 +6,7 @@ mod build;
 mod check;
 mod input;
 mod options;
+mod scene;
 mod show;
 mod stats;
 
@@ -25,7 +26,8 @@ Examples:
   forcec build forces/ --out kernels --check         exit 1 if the files on disk are not these
   forcec check forces/                               compare every kernel with its mathematics
   forcec show joints.rs hinge --stage derivative     what the blocks of the hinge are
-  forcec stats forces/                               operations, lines and compile time";
+  forcec stats forces/                               operations, lines and compile time
+  forcec build --scene robot.toml                    exactly the kernels that a scene needs";
 
 /// An offline force compiler: constraints, energies and forces to C and Rust kernels with exact derivatives.
 #[derive(Parser)]
@@ -63,8 +65,11 @@ enum Command {
 #[derive(clap::Args)]
 struct Input {
     /// Force files, or folders that are searched for them
-    #[arg(value_name = "PATH", required = true)]
+    #[arg(value_name = "PATH", required_unless_present = "scene")]
     paths: Vec<PathBuf>,
+    /// A scene file: it names the force files, the kernels and how they are made
+    #[arg(long, value_name = "FILE", conflicts_with = "paths")]
+    scene: Option<PathBuf>,
     /// Only the force function of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,

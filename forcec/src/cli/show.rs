@@ -47,7 +47,8 @@ pub(super) struct Show {
 
 impl Show {
     pub(super) fn run(self) -> Outcome {
-        let input = Input { paths: vec![self.path], only: vec![self.name.clone()], search: self.search };
+        let input =
+            Input { paths: vec![self.path], scene: None, only: vec![self.name.clone()], search: self.search };
         let units = input.compile()?;
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;
