@@ -4,6 +4,7 @@ use super::scene::{self, Full, Scene};
 use super::{Input, Outcome, print};
 use crate::compile::Stages;
 use crate::kernel::{File, Precision, Target};
+use crate::layouts::Layout;
 use crate::targets::emit;
 use serde_json::{Value, json};
 
@@ -68,6 +69,9 @@ impl Stats {
         }
         rows.push(line("total", own, Some(all)));
         let mut text = table(&["kernel", "operations", "of full", "saved", "outputs", "of full"], &rows);
+        if functions.iter().any(|function| function.kernel.layout == Layout::System) {
+            text.push_str("\nwhat is `_system` also makes a step's matrix and impulse of F, dF/dX and dF/dV, which the full one leaves to others\n");
+        }
         if scene.again > 0 {
             text.push_str(&format!("\nasked for again, and written once: {}\n", scene.again));
         }
