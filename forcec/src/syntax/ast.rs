@@ -113,12 +113,12 @@ impl Function {
 
     /// Where it states the value of a parameter.
     pub fn sets(&self, parameter: &str) -> Option<Span> {
-        let places = self.options.iter().filter_map(|stated| {
+        let mut places = self.options.iter().rev().filter_map(|stated| {
             let Choice::Known(known) = &stated.choice else { return None };
             let at = known.set.iter().position(|(name, _)| name == parameter)?;
             stated.places.get(at).copied()
         });
-        places.last()
+        places.next()
     }
 }
 
