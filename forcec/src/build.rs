@@ -31,8 +31,6 @@ use std::path::{Path, PathBuf};
 pub struct Build {
     inputs: Vec<PathBuf>,
     out: Option<PathBuf>,
-    targets: Vec<Target>,
-    precisions: Vec<Precision>,
     request: Request,
 }
 
@@ -74,13 +72,13 @@ impl Build {
 
     /// What to write; Rust unless told otherwise. May be repeated.
     pub fn target(mut self, target: Target) -> Build {
-        self.targets.push(target);
+        self.request.targets.push(target);
         self
     }
 
     /// The precision of the kernels; double unless told otherwise. May be repeated.
     pub fn real(mut self, precision: Precision) -> Build {
-        self.precisions.push(precision);
+        self.request.precisions.push(precision);
         self
     }
 
@@ -163,16 +161,16 @@ impl Build {
     }
 
     /// Writes the kernels, prints nothing. Returns the files that were written, and warnings.
-    pub fn try_run(mut self) -> Result<(Vec<PathBuf>, Vec<Diagnostics>), BuildError> {
-        if self.targets.is_empty() {
-            self.targets.push(Target::Rust);
-        }
-        if self.precisions.is_empty() {
-            self.precisions.push(Precision::F64);
-        }
-        self.precisions.sort();
-        self.precisions.dedup();
+    pub fn try_run(self) -> Result<(Vec<PathBuf>, Vec<Diagnostics>), BuildError> {
+        let (mut targets, mut precisions) =
+            (self.request.targets_or(Target::Rust), self.request.precisions_or_double());
+        targets.dedup();
+        precisions.sort();
+        precisions.dedup();
         let failed = |others| BuildError { diagnostics: Vec::new(), others };
+        if let Some((message, help)) = self.request.conflict() {
+            return Err(failed(vec![format!("error: {message}\n  = help: {help}")]));
+        }
         let out = match self.out {
             Some(folder) => folder,
             None => match std::env::var_os("OUT_DIR") {
@@ -192,9 +190,9 @@ impl Build {
         if !diagnostics.is_empty() || !others.is_empty() {
             return Err(BuildError { diagnostics, others });
         }
-        let mut outputs = files::outputs(&units, &out, &self.targets, &self.precisions)
-            .map_err(|error| failed(vec![error]))?;
-        if self.targets.contains(&Target::Rust) {
+        let mut outputs =
+            files::outputs(&units, &out, &targets, &precisions).map_err(|error| failed(vec![error]))?;
+        if targets.contains(&Target::Rust) {
             outputs.push(modules(&out, &outputs));
         }
         files::write(&out, &outputs).map_err(|error| failed(vec![error]))?;

@@ -7,68 +7,24 @@ use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::Kernel;
-use crate::layouts::Layout;
 use crate::optimize::{Optimized, optimize};
+pub use crate::options::Request;
+use crate::options::{Choice, one_of};
 use crate::outputs::{Axis, Part};
-use crate::plan::{Effort, Mode, Plan};
+use crate::plan::Mode;
 use crate::scalar::{Program, Step};
 use crate::schedule::{Style, schedule};
 use crate::span::Source;
 use crate::specialize::{Specialization, remarks};
+use crate::syntax::ast::Function;
 use crate::vector::Formulation;
-use crate::{check, syntax};
+use crate::{check, suggest, syntax};
 use std::time::{Duration, Instant};
 
 impl Stages {
     /// What the kernel computes, in order.
     pub fn outputs(&self) -> Vec<Part> {
         self.program.arrays.iter().map(|array| array.part).collect()
-    }
-}
-
-/// What is wanted of force functions.
-#[derive(Clone, Debug)]
-pub struct Request {
-    /// How to optimise.
-    pub plan: Plan,
-    /// What is known beforehand.
-    pub known: Specialization,
-    /// What kernels compute, in the order of the table, where the layout leaves that open.
-    pub outputs: Vec<Part>,
-    /// Where results stand.
-    pub layout: Layout,
-    /// How many instances a kernel computes at once.
-    pub lanes: usize,
-}
-
-impl Default for Request {
-    fn default() -> Request {
-        Request {
-            plan: Plan::default(),
-            known: Specialization::default(),
-            outputs: Part::DEFAULT.to_vec(),
-            layout: Layout::Dense,
-            lanes: 1,
-        }
-    }
-}
-
-impl Request {
-    /// What kernels compute, in the order of the table.
-    pub fn parts(&self) -> &[Part] {
-        self.layout.row().computes.unwrap_or(&self.outputs)
-    }
-}
-
-impl From<Plan> for Request {
-    fn from(plan: Plan) -> Request {
-        Request { plan, ..Request::default() }
-    }
-}
-
-impl From<Effort> for Request {
-    fn from(effort: Effort) -> Request {
-        Plan::from(effort).into()
     }
 }
 
@@ -122,18 +78,103 @@ pub fn compile_file(
     request: impl Into<Request>,
 ) -> Result<Compiled, Diagnostics> {
     let request = request.into();
-    let checked = check::check_knowing(file, &request.known, wanted)?;
+    let known = |own: &Function| match wanted(&own.name.text) {
+        true => request.of(own.choices()).known,
+        false => Specialization::default(),
+    };
+    let checked = check::check_knowing(file, &known)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let definitions: Vec<Definition> = definitions.collect();
-    let valueless = definitions.iter().filter_map(|definition| valueless(definition, request.parts()));
-    let errors: Vec<Diagnostic> = valueless.collect();
+    let definitions: Vec<(Definition, Request)> = definitions
+        .map(|definition| {
+            let own = file.function(&definition.name).map(Function::choices);
+            let request = request.of(own.into_iter().flatten());
+            (definition, request)
+        })
+        .collect();
+    let errors: Vec<Diagnostic> = definitions
+        .iter()
+        .flat_map(|(own, request)| {
+            let valueless = valueless(own, request.parts());
+            misfits(file, own, request, &definitions).into_iter().chain(valueless)
+        })
+        .collect();
     if !errors.is_empty() {
         return Err(Diagnostics::new(file.source.clone(), errors));
     }
-    let functions = definitions.into_iter().map(|definition| stages(file, definition, &request)).collect();
+    let functions =
+        definitions.into_iter().map(|(definition, request)| stages(file, definition, request)).collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
+}
+
+/// What a function states of itself and cannot have: bodies and parameters that are none of its own, or, if a module states
+/// it, of none of its functions; and outputs that its layout leaves no choice of.
+fn misfits(
+    file: &syntax::ast::File,
+    definition: &Definition,
+    request: &Request,
+    all: &[(Definition, Request)],
+) -> Vec<Diagnostic> {
+    let mut errors = Vec::new();
+    let Some(function) = file.function(&definition.name) else { return errors };
+    for stated in &function.options {
+        if let (Choice::Outputs(_), Some((message, help))) = (&stated.choice, request.conflict()) {
+            errors.push(Diagnostic::error(stated.span, message, "stated here").help(help));
+        }
+        let Choice::Known(known) = &stated.choice else { continue };
+        let functions = all.iter().filter(|(other, _)| stated.shared || other.name == definition.name);
+        let candidates: Vec<(&str, String)> =
+            functions.flat_map(|(own, request)| nameable(own, request)).collect();
+        let wanted = known.fixed.iter().map(|name| ("body", name));
+        let wanted = wanted.chain(known.set.iter().map(|(name, _)| ("parameter", name)));
+        for ((what, name), place) in wanted.zip(&stated.places) {
+            let own = candidates.iter().filter(|(kind, _)| *kind == what).map(|(_, name)| name.as_str());
+            let own: Vec<&str> = own.collect();
+            if own.contains(&name.as_str()) {
+                continue;
+            }
+            let whose =
+                if stated.shared { "no function here".to_owned() } else { format!("`{}`", definition.name) };
+            let message = format!("no {what} `{name}`");
+            let label = format!("{whose} has {}such a {what}", if stated.shared { "" } else { "no " });
+            let help =
+                suggest::did_you_mean(name, own.iter().copied()).unwrap_or_else(|| match own.as_slice() {
+                    [] => "leave it out".to_owned(),
+                    own => format!("write {}", one_of(own)),
+                });
+            errors.push(Diagnostic::error(*place, message, label).help(help));
+        }
+    }
+    errors
+}
+
+/// What may be known of a function, each with what it is.
+fn nameable(definition: &Definition, request: &Request) -> Vec<(&'static str, String)> {
+    let signature = &definition.graph.signature;
+    let bodies = signature.bodies.iter().map(|body| ("body", body.name.clone()));
+    let extras = Part::extras(request.parts()).into_iter().map(|extra| extra.parameter(signature).name);
+    let parameters = signature.parameters.iter().map(|parameter| parameter.name.clone()).chain(extras);
+    bodies.chain(parameters.map(|name| ("parameter", name))).collect()
+}
+
+/// An error for every body or parameter that is said to be known and that none of the functions has.
+pub(crate) fn unknown<'f>(
+    functions: impl Iterator<Item = &'f Stages> + Clone,
+    known: &Specialization,
+) -> Vec<Diagnostic> {
+    let signatures = || functions.clone().map(|function| &function.definition.graph.signature);
+    let bodies: Vec<&str> = signatures().flat_map(|s| &s.bodies).map(|body| body.name.as_str()).collect();
+    let parameters = signatures().flat_map(|s| s.parameters.iter().chain(&s.extras));
+    let parameters: Vec<&str> = parameters.map(|p| p.name.as_str()).collect();
+    let fixed = known.fixed.iter().map(|name| ("body", name, &bodies));
+    let wanted = fixed.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
+    let unknown = wanted.filter(|(_, name, names)| !names.contains(&name.as_str()));
+    let error = |(what, name, names): (&str, &String, &Vec<&str>)| {
+        let error = Diagnostic::file(format!("no force function has a {what} `{name}`"));
+        Diagnostic { help: suggest::did_you_mean(name, names.iter().copied()), ..error }
+    };
+    unknown.map(error).collect()
 }
 
 /// That a force has no value is an error where its value is wanted.
@@ -146,7 +187,7 @@ fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
     })
 }
 
-fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Request) -> Stages {
+fn stages(file: &syntax::ast::File, mut definition: Definition, request: Request) -> Stages {
     let started = Instant::now();
     let signature = &mut definition.graph.signature;
     for extra in Part::extras(request.parts()) {
@@ -156,12 +197,6 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
         signature.extras.push(extra);
     }
     let plan = request.plan;
-    // What a function states of itself holds whoever compiles it.
-    let plan = file.function(&definition.name).map_or(plan, |own| Plan {
-        mode: own.mode.unwrap_or(plan.mode),
-        fma: plan.fma || own.fma,
-        ..plan
-    });
     let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
     let style = Style { strict: plan.mode == Mode::Strict, fma: plan.fma, single: request.lanes > 1 };
     let laid = request.layout.lay(&optimized.program);

@@ -5,21 +5,22 @@
 //! to the runtime; or every message, each at its own token. A message does not take the functions away, so that editors
 //! keep completing in them.
 
-use crate::Effort;
-use crate::compile::{Request, Stages, compile_file};
+use crate::compile::{Stages, compile_file};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::kernel::Precision;
+use crate::layouts::Layout;
+use crate::options::Request;
 use crate::outputs::Part;
 use crate::span::{Source, Span};
 use crate::syntax::{self, ast};
-use crate::targets::rust::{kernel_module, module_name};
+use crate::targets::rust::{body_type, kernel_module, module_name};
 use crate::ties::ties;
 use proc_macro2::{Delimiter, Group, Ident, Literal, Spacing, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use syn::parse::{Parse, ParseStream};
+use syn::parse::{ParseStream, Parser};
 
 /// `#[constraint]`, `#[energy]` or `#[force]`, by name, on one function.
 pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStream {
@@ -44,8 +45,7 @@ pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStr
         Err(error) => return error.to_compile_error(),
     };
     let own: TokenStream = items.iter().map(plain).collect();
-    let kernels =
-        compiled(&[], &items, marked, &Reading { name: &name_of(&read), alone: true }, &Precision::ALL);
+    let kernels = compiled(&items, marked, &Reading { name: &name_of(&read), alone: true });
     quote!(#own #kernels)
 }
 
@@ -79,10 +79,6 @@ pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
     if let Some(error) = unfit(&item) {
         return error.into_iter().chain(item).collect();
     }
-    let precisions = match syn::parse2::<Options>(options) {
-        Ok(options) => options.precisions,
-        Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
-    };
     let mut module = match syn::parse2::<syn::Item>(item.clone()) {
         Ok(syn::Item::Mod(module)) if module.content.is_some() => module,
         Ok(other) => {
@@ -96,8 +92,13 @@ pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
         }
         Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
     };
-    let items = module.content.as_ref().map_or(&[][..], |(_, items)| items);
-    let kernels = compiled(&[], items, item, &Reading { name: "forces", alone: false }, &precisions);
+    let mut marked = attribute("forces", &options);
+    marked.extend(item);
+    let read = match syn::parse2::<syn::Item>(marked.clone()) {
+        Ok(read) => read,
+        Err(error) => return error.to_compile_error(),
+    };
+    let kernels = compiled(&[read], marked, &Reading { name: "forces", alone: false });
     if let Some((_, items)) = &mut module.content {
         let own = items.iter().map(plain).map(syn::Item::Verbatim);
         *items = own.chain([syn::Item::Verbatim(kernels)]).collect();
@@ -108,9 +109,9 @@ pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
 /// `include_forces!("joints.rs")`: a module named as the file is, with all that stands in it. The path counts from the
 /// file that calls, as that of `include_str!` does.
 pub fn file(input: TokenStream) -> TokenStream {
-    let included = match syn::parse2::<Included>(input) {
+    let included = match Included::read(input) {
         Ok(included) => included,
-        Err(error) => return error.to_compile_error(),
+        Err(errors) => return errors,
     };
     let at = included.path.span();
     let failed = |message: &str, label: String, help: &str| {
@@ -132,7 +133,7 @@ pub fn file(input: TokenStream) -> TokenStream {
     let shown = included.path.value();
     let result = with_own_tokens(|| {
         let file = syntax::parse(&Source::new(shown, text.clone()))?;
-        Ok::<_, Diagnostics>((Functions::compile(&file)?, file))
+        Ok::<_, Diagnostics>((Functions::compile(&file, &included.request)?, file))
     });
     // So that cargo builds again when the file changes.
     let path = path.to_string_lossy();
@@ -168,7 +169,7 @@ pub fn file(input: TokenStream) -> TokenStream {
     let own = file.items.iter().map(plain);
     let docs = file.attrs.iter().filter(|attribute| attribute.path().is_ident("doc"));
     let visibilities = visibilities(&file.items);
-    let kernels = kernels(&functions, &ast, &visibilities, "forces", &included.precisions);
+    let kernels = kernels(&functions, &ast, &visibilities, "forces", &included.request);
     quote! {
         pub mod #name {
             #(#docs)*
@@ -185,60 +186,45 @@ const FORCES: [&str; 3] = ["constraint", "energy", "force"];
 /// All attributes that mean nothing to rustc.
 const OURS: [&str; 5] = ["constraint", "energy", "force", "forces", "domain"];
 
-impl Precision {
-    const ALL: [Precision; 2] = [Precision::F64, Precision::F32];
-}
-
-/// `real = f32`, or nothing.
-struct Options {
-    precisions: Vec<Precision>,
-}
-
-impl Parse for Options {
-    fn parse(input: ParseStream<'_>) -> syn::Result<Options> {
-        if input.is_empty() {
-            return Ok(Options { precisions: Precision::ALL.to_vec() });
-        }
-        let name: Ident = input.parse()?;
-        if name != "real" {
-            return Err(syn::Error::new(
-                name.span(),
-                "unknown option\n\n  = help: the option is `real = f32`",
-            ));
-        }
-        input.parse::<syn::Token![=]>()?;
-        let value: Ident = input.parse()?;
-        let precision = match value.to_string().as_str() {
-            "f32" => Precision::F32,
-            "f64" => Precision::F64,
-            _ => {
-                let message =
-                    "unknown precision\n\n  = note: neither `f32` nor `f64`\n  = help: write `real = f32`";
-                return Err(syn::Error::new(value.span(), message));
-            }
-        };
-        input.parse::<Option<syn::Token![,]>>()?;
-        Ok(Options { precisions: vec![precision] })
-    }
-}
-
 /// `"joints.rs", real = f32`
 struct Included {
     path: syn::LitStr,
-    precisions: Vec<Precision>,
+    request: Request,
 }
 
-impl Parse for Included {
-    fn parse(input: ParseStream<'_>) -> syn::Result<Included> {
-        let path = input.parse().map_err(|error| {
-            syn::Error::new(
-                error.span(),
-                "`include_forces!` takes the path of a force file\n\n  = help: write `include_forces!(\"joints.rs\")`",
-            )
-        })?;
-        input.parse::<Option<syn::Token![,]>>()?;
-        let Options { precisions } = input.parse()?;
-        Ok(Included { path, precisions })
+impl Included {
+    fn read(input: TokenStream) -> Result<Included, TokenStream> {
+        let parser = |input: ParseStream<'_>| {
+            let path: syn::LitStr = input.parse().map_err(|error| {
+                syn::Error::new(
+                    error.span(),
+                    "`include_forces!` takes the path of a force file\n\n  = help: write `include_forces!(\"joints.rs\")`",
+                )
+            })?;
+            input.parse::<Option<syn::Token![,]>>()?;
+            Ok((path, input.parse::<TokenStream>()?))
+        };
+        let (path, options) = parser.parse2(input).map_err(|error| error.to_compile_error())?;
+        if let Some(error) = unfit(&options) {
+            return Err(error);
+        }
+        // They are those of a module.
+        let mut marked = attribute("forces", &options);
+        let places = Places::new(marked.clone());
+        marked.extend(quote!(
+            mod forces {}
+        ));
+        let item = syn::parse2::<syn::Item>(marked).map_err(|error| error.to_compile_error())?;
+        match syntax::options(&item, |span| places.of(span)) {
+            Ok(choices) => Ok(Included { path, request: Request::default().with(&choices) }),
+            Err(errors) => Err(errors
+                .iter()
+                .map(|error| {
+                    let (start, end) = places.ends(error.span);
+                    complaint(error, start, end)
+                })
+                .collect()),
+        }
     }
 }
 
@@ -285,17 +271,12 @@ struct Reading<'a> {
 }
 
 /// The kernels of items, or the messages about them.
-fn compiled(
-    attributes: &[syn::Attribute],
-    items: &[syn::Item],
-    tokens: TokenStream,
-    reading: &Reading<'_>,
-    precisions: &[Precision],
-) -> TokenStream {
+fn compiled(items: &[syn::Item], tokens: TokenStream, reading: &Reading<'_>) -> TokenStream {
+    let request = Request::default();
     let places = Places::new(tokens);
     let source = Source::new(reading.name, places.text.as_str());
-    let result = syntax::from_items(source, attributes, items, |span| places.of(span))
-        .and_then(|ast| Ok((Functions::compile(&ast)?, ast)));
+    let result = syntax::from_items(source, &[], items, |span| places.of(span))
+        .and_then(|ast| Ok((Functions::compile(&ast, &request)?, ast)));
     match result {
         Ok((functions, _)) if functions.forces.is_empty() => {
             let here = proc_macro2::Span::call_site();
@@ -304,7 +285,7 @@ fn compiled(
                     .help("mark one with `#[constraint]`, `#[energy]` or `#[force]`");
             complaint(&message, here, here)
         }
-        Ok((functions, ast)) => kernels(&functions, &ast, &visibilities(items), reading.name, precisions),
+        Ok((functions, ast)) => kernels(&functions, &ast, &visibilities(items), reading.name, &request),
         Err(errors) => {
             let complaints = errors.list.into_iter().map(|mut error| {
                 let (start, end) = places.ends(error.span);
@@ -331,16 +312,34 @@ struct Functions {
 }
 
 impl Functions {
-    fn compile(file: &ast::File) -> Result<Functions, Diagnostics> {
-        let forces = compile_file(file, &|_| true, Effort::Default)?.functions;
-        let has_value = |name: &str| {
-            forces.iter().any(|stages| stages.definition.name == name && stages.definition.law.rows() > 0)
-        };
-        let request = Request { outputs: vec![Part::Value], ..Request::default() };
-        let values = compile_file(file, &has_value, request)?.functions;
-        let values = values.into_iter().map(|stages| (stages.kernel.name.clone(), stages)).collect();
+    fn compile(file: &ast::File, request: &Request) -> Result<Functions, Diagnostics> {
+        let forces = compile_file(file, &|_| true, request.clone())?.functions;
+        // Functions of which the same is wanted are compiled together.
+        let mut wanted: Vec<(Request, Vec<&str>)> = Vec::new();
+        for stages in forces.iter().filter(|stages| is_tied(stages) && stages.definition.law.rows() > 0) {
+            let name = stages.definition.name.as_str();
+            let own = file.function(name).map(ast::Function::choices);
+            let own = request.of(own.into_iter().flatten());
+            let request = Request { outputs: vec![Part::Value], settled: true, ..own };
+            match wanted.iter_mut().find(|(other, _)| *other == request) {
+                Some((_, names)) => names.push(name),
+                None => wanted.push((request, vec![name])),
+            }
+        }
+        let mut values = HashMap::new();
+        for (request, names) in wanted {
+            let functions = compile_file(file, &|name| names.contains(&name), request)?.functions;
+            values.extend(functions.into_iter().map(|stages| (stages.definition.name.clone(), stages)));
+        }
         Ok(Functions { forces, values })
     }
+}
+
+/// Whether a kernel is one that the runtime calls: F and its derivatives of every body, in full, one instance at a time.
+fn is_tied(function: &Stages) -> bool {
+    let (kernel, bodies) = (&function.kernel, &function.definition.graph.signature.bodies);
+    let whole = function.outputs() == Part::DEFAULT && (kernel.layout, kernel.lanes) == (Layout::Dense, 1);
+    whole && bodies.iter().all(|body| !body.fixed)
 }
 
 /// The modules of kernels, what ties them to the runtime, and their names where the functions stand.
@@ -349,35 +348,46 @@ fn kernels(
     ast: &ast::File,
     visibilities: &HashMap<String, syn::Visibility>,
     name: &str,
-    precisions: &[Precision],
+    request: &Request,
 ) -> TokenStream {
     let inner = format_ident!("forcec_{}", name.trim_start_matches("r#"));
     let (mut modules, mut names) = (TokenStream::new(), TokenStream::new());
     let mut values = TokenStream::new();
     let mut bodies: Vec<Ident> = Vec::new();
-    let parsed = |text: String| {
-        TokenStream::from_str(&text).unwrap_or_else(|error| syn::Error::from(error).to_compile_error())
+    let mut several: Vec<String> = Vec::new();
+    let parsed = |text: &str| {
+        TokenStream::from_str(text).unwrap_or_else(|error| syn::Error::from(error).to_compile_error())
     };
     for function in &functions.forces {
-        let kernel = &function.kernel;
-        let own = ast.function(&kernel.name).and_then(|function| function.precision).map(|own| match own {
-            ast::Precision::F32 => Precision::F32,
-            ast::Precision::F64 => Precision::F64,
-        });
-        for precision in own.map_or(precisions.to_vec(), |own| vec![own]) {
-            let value = functions.values.get(&kernel.name);
-            modules.extend(parsed(kernel_module(kernel, precision)));
-            values.extend(value.map(|value| parsed(kernel_module(&value.kernel, precision))));
-            modules.extend(ties(function, value, precision));
+        let (kernel, source) = (&function.kernel, &function.definition.name);
+        let own = ast.function(source).map(ast::Function::choices);
+        let mut precisions = request.of(own.into_iter().flatten()).precisions;
+        if precisions.is_empty() {
+            precisions = Precision::ALL.to_vec();
+        }
+        for precision in precisions {
+            modules.extend(parsed(&kernel_module(kernel, precision)));
+            if is_tied(function) {
+                let value = functions.values.get(source);
+                values.extend(value.map(|value| parsed(&kernel_module(&value.kernel, precision))));
+                modules.extend(ties(function, value, precision));
+            }
             let module = format_ident!("{}", module_name(kernel, precision));
-            let visibility = visibilities.get(&kernel.name);
+            let visibility = visibilities.get(source);
             names.extend(quote! {
                 #[allow(unused_imports, reason = "a kernel may be there to be read only")]
                 #visibility use #inner::#module;
             });
             for body in &kernel.schedule.signature.bodies {
-                let name =
-                    format_ident!("{}", crate::targets::rust_body(body.kind.row(), precision, kernel.lanes));
+                let row = body.kind.row();
+                if kernel.lanes > 1 {
+                    let text = body_type(row, precision, kernel.lanes);
+                    if !several.contains(&text) {
+                        several.push(text);
+                    }
+                    continue;
+                }
+                let name = format_ident!("{}", crate::targets::rust_body(row, precision, kernel.lanes));
                 if !bodies.contains(&name) {
                     bodies.push(name);
                 }
@@ -393,10 +403,13 @@ fn kernels(
             }
         }
     });
+    let several = several.iter().map(|text| parsed(text));
+    let bodies = (!bodies.is_empty()).then(|| quote!(use ::forcec_runtime::{#(#bodies),*};));
     quote! {
         #names
         mod #inner {
-            use ::forcec_runtime::{#(#bodies),*};
+            #bodies
+            #(#several)*
             #modules
             #values
         }

@@ -3,10 +3,11 @@
 //! In: paths of force files and of folders. Out: compiled files and the texts a target makes of them; or every error as
 //! text, ready to be shown.
 
-use crate::compile::{Compiled, Request, compile};
-use crate::diagnostic::Diagnostics;
+use crate::compile::{self, Compiled, Request};
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::identifiers::defined_for;
-use crate::kernel::{File, Precision, Target};
+use crate::kernel::{File, Kernel, Precision, Target};
+use crate::layouts::Layout;
 use crate::span::Source;
 use crate::specialize::Specialization;
 use crate::{syntax, targets};
@@ -23,15 +24,32 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
-    /// The file as a target prints it, under its name without folder and ending.
-    pub(crate) fn file(&self, precisions: &[Precision]) -> File {
-        File {
-            stem: self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
-            docs: self.compiled.docs.clone(),
-            kernels: self.compiled.functions.iter().map(|function| function.kernel.clone()).collect(),
-            precisions: precisions.to_vec(),
-        }
+    /// The files that a target prints, under its name without folder and ending: one for each layout and number of lanes.
+    pub(crate) fn files(&self, precisions: &[Precision]) -> Vec<File> {
+        let stem = self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let kernels = self.compiled.functions.iter().map(|function| function.kernel.clone());
+        by_layout(&stem, &self.compiled.docs, kernels, precisions)
     }
+}
+
+/// Kernels in the files they go to: those of one layout and so many lanes together.
+pub(crate) fn by_layout(
+    stem: &str,
+    docs: &[String],
+    kernels: impl Iterator<Item = Kernel>,
+    precisions: &[Precision],
+) -> Vec<File> {
+    let mut groups: BTreeMap<(Layout, usize), Vec<Kernel>> = BTreeMap::new();
+    for kernel in kernels {
+        groups.entry((kernel.layout, kernel.lanes)).or_default().push(kernel);
+    }
+    let file = |kernels| File {
+        stem: stem.to_owned(),
+        docs: docs.to_vec(),
+        kernels,
+        precisions: precisions.to_vec(),
+    };
+    groups.into_values().map(file).collect()
 }
 
 /// What was read: the force files among the paths, and why others could not be.
@@ -82,7 +100,7 @@ pub(crate) fn compile_all(
     let (mut units, mut errors) = (Vec::new(), Vec::new());
     for (path, source) in sources {
         step(&source.name);
-        match compile(&source, wanted, request.clone()) {
+        match compile::compile(&source, wanted, request.clone()) {
             Ok(compiled) => units.push(Unit { path, compiled }),
             Err(diagnostics) => errors.push(diagnostics),
         }
@@ -92,21 +110,12 @@ pub(crate) fn compile_all(
 
 /// A message for every body or parameter that is said to be known and that no force function has.
 pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
-    let functions = || units.iter().flat_map(|unit| &unit.compiled.functions);
-    let signatures = || functions().map(|function| &function.definition.graph.signature);
-    let bodies: Vec<&str> = signatures().flat_map(|s| &s.bodies).map(|body| body.name.as_str()).collect();
-    let parameters = signatures().flat_map(|s| s.parameters.iter().chain(&s.extras));
-    let parameters: Vec<&str> = parameters.map(|p| p.name.as_str()).collect();
-    let fixed = known.fixed.iter().map(|name| ("body", name, &bodies));
-    let wanted = fixed.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
-    let unknown = wanted.filter(|(_, name, names)| !names.contains(&name.as_str()));
-    unknown
-        .map(|(what, name, names)| {
-            let help = syntax::suggest::did_you_mean(name, names.iter().copied());
-            let help = help.map_or_else(String::new, |help| format!("\n  = help: {help}"));
-            format!("error: no force function has a {what} `{name}`{help}")
-        })
-        .collect()
+    let errors = compile::unknown(units.iter().flat_map(|unit| &unit.compiled.functions), known);
+    let line = |error: Diagnostic| {
+        let help = error.help.map_or_else(String::new, |help| format!("\n  = help: {help}"));
+        format!("error: {}{help}", error.message)
+    };
+    errors.into_iter().map(line).collect()
 }
 
 /// The files that targets make of compiled ones, in the order of their paths.
@@ -117,14 +126,15 @@ pub(crate) fn outputs(
     precisions: &[Precision],
 ) -> Result<Vec<Output>, String> {
     let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
-    for unit in units.iter().filter(|unit| !unit.compiled.functions.is_empty()) {
-        for target in targets {
-            for generated in targets::emit(&unit.file(precisions), *target) {
-                let path = folder.join(&generated.name);
-                let old = files.insert(path.clone(), generated.text);
-                if old.is_some_and(|old| old != files[&path]) {
-                    return Err(collision(unit, &path));
-                }
+    for unit in units {
+        let printed = unit.files(precisions);
+        let printed =
+            printed.iter().flat_map(|file| targets.iter().flat_map(|target| targets::emit(file, *target)));
+        for generated in printed {
+            let path = folder.join(&generated.name);
+            let old = files.insert(path.clone(), generated.text);
+            if old.is_some_and(|old| old != files[&path]) {
+                return Err(collision(unit, &path));
             }
         }
     }
@@ -195,7 +205,7 @@ pub(crate) fn duplicates(units: &[Unit]) -> Vec<String> {
     let mut defined: BTreeMap<(Target, String), (usize, &str)> = BTreeMap::new();
     for (index, unit) in units.iter().enumerate() {
         for function in &unit.compiled.functions {
-            let name = function.definition.name.as_str();
+            let name = function.kernel.name.as_str();
             let mut meets = None;
             for item in defined_for(name).into_iter().filter(|(target, _)| *target == Target::C) {
                 let first = *defined.entry(item).or_insert((index, name));
@@ -203,7 +213,7 @@ pub(crate) fn duplicates(units: &[Unit]) -> Vec<String> {
             }
             let Some((first, other)) = meets else { continue };
             let place = |unit: &Unit, name: &str| {
-                let kernel = unit.compiled.functions.iter().find(|k| k.definition.name == name);
+                let kernel = unit.compiled.functions.iter().find(|k| k.kernel.name == name);
                 let offset = kernel.map_or(0, |k| k.definition.span.start);
                 let (line, column) = unit.compiled.source.line_column(offset);
                 format!(" --> {}:{line}:{column}", unit.compiled.source.name)

@@ -20,6 +20,14 @@ pub enum Target {
 impl Target {
     /// Every language.
     pub const ALL: [Target; 2] = [Target::C, Target::Rust];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Target::C => "c",
+            Target::Rust => "rust",
+        }
+    }
 }
 
 /// Keywords of C up to C23 and of C++ up to C++26, those of common extensions, and the macros, spelled like names, that

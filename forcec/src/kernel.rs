@@ -2,33 +2,8 @@
 
 pub use crate::identifiers::Target;
 use crate::layouts::{Layout, Packing};
+pub use crate::plan::Precision;
 use crate::schedule::Schedule;
-use std::fmt;
-
-/// A floating point format.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Precision {
-    /// Doubles.
-    F64,
-    /// Floats.
-    F32,
-}
-
-impl Precision {
-    /// Its name, which is Rust's and the suffix of C names.
-    pub fn name(self) -> &'static str {
-        match self {
-            Precision::F64 => "f64",
-            Precision::F32 => "f32",
-        }
-    }
-}
-
-impl fmt::Display for Precision {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
 
 /// One force function, ready to be printed.
 #[derive(Clone, Debug)]

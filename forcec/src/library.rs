@@ -3,10 +3,11 @@
 //! In: the text of a force file and what is wanted of it. Out: a text for each kernel, made for snapshots, or every
 //! message. A small change in the source makes a small change in the text.
 
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::exact::Exact;
 use crate::kernel::{Precision, Target};
 use crate::span::Source;
-use crate::{Effort, Mode, Plan};
+use crate::{Effort, Layout, Mode, Part, Plan, Request, Specialization};
 use std::fmt;
 
 /// What is wanted of a force file.
@@ -24,6 +25,41 @@ pub struct Options {
     pub mode: Mode,
     /// Whether products that are added are fused multiplications and additions.
     pub fma: bool,
+    /// What kernels compute.
+    pub outputs: Vec<Part>,
+    /// Where results stand.
+    pub layout: Layout,
+    /// How many instances a kernel computes at once: 1, 4 or 8.
+    pub lanes: usize,
+    /// Bodies that never move.
+    pub fixed: Vec<String>,
+    /// Parameters whose value is known, entry by entry; one number stands for every entry.
+    pub set: Vec<(String, Vec<f64>)>,
+}
+
+impl Options {
+    /// As the options of the table state it.
+    fn request(&self) -> Result<Request, Diagnostic> {
+        let mut known = Specialization { fixed: self.fixed.clone(), set: Vec::new() };
+        for (name, value) in &self.set {
+            let exact: Option<Vec<Exact>> = value.iter().map(|x| Exact::from_f64(*x)).collect();
+            let exact = exact.filter(|value| !value.is_empty());
+            let wrong = || Diagnostic::file(format!("the value of `{name}` is set to no finite numbers"));
+            known.set.push((name.clone(), exact.ok_or_else(wrong)?));
+        }
+        let request = Request {
+            plan: Plan { effort: self.effort, mode: self.mode, fma: self.fma, ..Plan::default() },
+            known,
+            outputs: Part::in_order(self.outputs.clone()),
+            layout: self.layout,
+            lanes: self.lanes,
+            ..Request::default()
+        };
+        match request.conflict() {
+            Some((message, help)) => Err(Diagnostic::file(message).help(help)),
+            None => Ok(request),
+        }
+    }
 }
 
 /// C in double precision, from a file called `forces.rs`.
@@ -36,6 +72,11 @@ impl Default for Options {
             effort: Effort::Default,
             mode: Mode::Balanced,
             fma: false,
+            outputs: Part::DEFAULT.to_vec(),
+            layout: Layout::Dense,
+            lanes: 1,
+            fixed: Vec::new(),
+            set: Vec::new(),
         }
     }
 }
@@ -86,8 +127,13 @@ impl fmt::Display for Compiled {
 /// ```
 pub fn compile(source: &str, options: &Options) -> Result<Compiled, Diagnostics> {
     let source = Source::new(options.name.as_str(), source);
-    let plan = Plan { effort: options.effort, mode: options.mode, fma: options.fma, ..Plan::default() };
-    let compiled = crate::compile::compile(&source, &|_| true, plan)?;
+    let failed = |error: Diagnostic| Diagnostics::new(source.clone(), vec![error]);
+    let request = options.request().map_err(failed)?;
+    let compiled = crate::compile::compile(&source, &|_| true, request.clone())?;
+    let unknown = crate::compile::unknown(compiled.functions.iter(), &request.known);
+    if !unknown.is_empty() {
+        return Err(Diagnostics::new(source, unknown));
+    }
     let kernels = compiled.functions.iter().map(|function| {
         let text = crate::targets::kernel(&function.kernel, options.target, options.real);
         (function.kernel.name.clone(), text)

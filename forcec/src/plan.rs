@@ -1,6 +1,7 @@
 //! How a kernel is to be made: how long to look for fewer operations, and what may be done to rounding for them.
 
 use crate::vector::FORMULATIONS;
+use std::fmt;
 
 /// How long to look for fewer operations.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
@@ -94,6 +95,34 @@ impl Mode {
     /// The mode of this name.
     pub fn named(name: &str) -> Option<Mode> {
         Mode::ALL.iter().find(|(own, ..)| *own == name).map(|(_, mode, _)| *mode)
+    }
+}
+
+/// A floating point format.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Precision {
+    /// Doubles.
+    F64,
+    /// Floats.
+    F32,
+}
+
+impl Precision {
+    /// Both.
+    pub const ALL: [Precision; 2] = [Precision::F64, Precision::F32];
+
+    /// Its name, which is Rust's and the suffix of C names.
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::F64 => "f64",
+            Precision::F32 => "f32",
+        }
+    }
+}
+
+impl fmt::Display for Precision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 

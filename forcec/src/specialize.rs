@@ -29,6 +29,14 @@ impl Specialization {
         Ok((name.trim().to_owned(), numbers))
     }
 
+    /// Adds what else is known; of two values of a parameter the new one holds.
+    pub(crate) fn add(&mut self, more: &Specialization) {
+        let new = more.fixed.iter().filter(|body| !self.fixed.contains(body)).cloned().collect::<Vec<_>>();
+        self.fixed.extend(new);
+        self.set.retain(|(name, _)| more.set.iter().all(|(other, _)| other != name));
+        self.set.extend(more.set.iter().cloned());
+    }
+
     /// Notes the fixed bodies in a signature.
     pub(crate) fn fix(&self, bodies: &mut [Body]) {
         bodies.iter_mut().for_each(|body| body.fixed = self.fixed.contains(&body.name));

@@ -8,7 +8,7 @@ use crate::definition::Law;
 use crate::identifiers::{Arguments, Target};
 use crate::kernel::Precision;
 use crate::targets::rust::module_name;
-use proc_macro2::{Ident, TokenStream};
+use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
 /// The implementation of the runtime's traits by a kernel.
@@ -92,7 +92,16 @@ fn measure(value: &Stages, arguments: &[TokenStream], precision: Precision) -> T
     let result = match value.definition.law {
         Law::Constraint { unilateral, per_row, .. } => {
             let side = unilateral.then(|| quote!(.min(0.0)));
-            let stiffness = if per_row { quote!(params.stiffness[row]) } else { quote!(params.stiffness) };
+            let given =
+                signature.parameters.iter().find(|p| p.name == "stiffness").and_then(|p| p.value.as_ref());
+            let stiffness = match given {
+                Some(value) => {
+                    let numbers = value.iter().map(|x| Literal::f64_unsuffixed(x.to_f64()));
+                    if per_row { quote!([#(#numbers),*]) } else { quote!(#(#numbers)*) }
+                }
+                None => quote!(params.stiffness),
+            };
+            let stiffness = if per_row { quote!(#stiffness[row]) } else { stiffness };
             let rows = if per_row { quote!((row, value)) } else { quote!(value) };
             let each = per_row.then(|| quote!(.enumerate()));
             quote! {

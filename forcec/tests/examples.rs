@@ -63,6 +63,11 @@ fn command_line_to_cpp() {
 }
 
 #[test]
+fn scene() {
+    follow("scene", &copy("scene"));
+}
+
+#[test]
 fn attribute() {
     follow("attribute", &root().join("examples/attribute"));
 }

@@ -549,6 +549,30 @@ fn differences_know_periods() {
     assert!(checked(wave).differences.unresolved > 100);
 }
 
+/// Without stiffness a contact at rest stands on the switch between pushing and nothing, where the derivative of either side is
+/// right: such states are singular, and the others are checked.
+#[test]
+fn what_stands_on_a_switch_is_singular() {
+    let rows = "#[constraint(unilateral)]\nfn floor(p: Particle, q: Particle) -> Real { p.position.z - q.position.x }\n";
+    let function = "#[force]\nfn ground(p: Particle, k: Real) -> Vec3 { let push = (-k * p.velocity.z - k * p.velocity.x).max(0.0); \
+         if p.position.z < 0.0 { Vec3::new(0.0, 0.0, push) } else { Vec3::zeros() } }\n";
+    for text in [rows, function] {
+        let source = forcec::span::Source::new("floor.rs", text);
+        let known = forcec::Specialization {
+            set: vec![("stiffness".to_owned(), vec![Exact::ZERO])],
+            ..Default::default()
+        };
+        let request = forcec::compile::Request { known, ..Default::default() };
+        let compiled = forcec::compile::compile(&source, &|_| true, request).expect("it compiles");
+        let function = &compiled.functions[0];
+        let subject = Subject { source: &function.source, program: &function.program };
+        let report = verify::check(&subject, &CheckOptions::default());
+        assert!(report.passed, "{}", report.table());
+        let of = |family: Family| report.coverage.iter().find(|c| c.family == family).expect("every family");
+        assert!(of(Family::Rest).singular > 0 && of(Family::Random).is_covered(), "{}", report.table());
+    }
+}
+
 /// Where rounding may reach the largest entry, agreement says nothing: no figure is shown, and the verdict says so.
 #[test]
 fn what_rounding_hides_is_not_covered() {

@@ -29,6 +29,58 @@ mod alone {
     }
 }
 
+/// Kernels of options: of all that the runtime calls and of what it does not, used and unused.
+mod chosen {
+    use super::*;
+    use forcec_runtime::prelude::*;
+
+    #[constraint(fixed(q), set(damping = 0.0, at = [0.0, 0.0, 0.5]), outputs(value, jacobian), real = f64)]
+    fn tie(p: Particle, q: Particle, at: Vec3) -> Vec3 {
+        p.position - q.position - at
+    }
+
+    #[constraint(layout = "system", lanes = 4, mode = fast)]
+    fn joint(p: Particle, q: Rigid) -> Vec3 {
+        p.position - q.position
+    }
+
+    #[constraint(set(stiffness = 100.0, damping = 0))]
+    fn known(p: Particle) -> Vec3 {
+        p.position
+    }
+
+    #[constraint(per_row, set(stiffness = [1.0, 2.0, 4.0]))]
+    fn by_row(p: Particle) -> Vec3 {
+        p.position
+    }
+
+    #[test]
+    fn options_make_kernels() {
+        let p = Particle { position: [1.0, 2.0, 3.0].into(), ..Particle::default() };
+        let mut out = tie_fixed_q_set_at_damping::Output::default();
+        let params = tie_fixed_q_set_at_damping::Params { stiffness: 1.0 };
+        tie_fixed_q_set_at_damping::evaluate(&p, &Particle::default(), &params, &mut out);
+        assert_eq!((out.value, out.jacobian[0]), ([1.0, 2.0, 2.5], [1.0, 0.0, 0.0]));
+
+        let mut out = joint_system_x4::Output::default();
+        let params = joint_system_x4::Params { stiffness: [1.0; 4], damping: [0.0; 4] };
+        let (p4, q4) = Default::default();
+        joint_system_x4::evaluate(&p4, &q4, &params, 0.5, &mut out);
+        assert_eq!(out.matrix[0][0], [-0.25; 4]);
+    }
+
+    /// What is known of a constraint is also known where a world measures it.
+    #[test]
+    fn energy_knows_what_is_set() {
+        type Known = known_set_stiffness_damping::Output;
+        let particles = [Particle { position: [1.0, 1.0, 1.0].into(), ..Particle::default() }];
+        let bodies = Bodies { rigid: &[], particles: &particles };
+        assert_eq!(Known::measure(&bodies, [0], &()).energy, 150.0);
+        let params = by_row_set_stiffness::Params { damping: [0.0; 3] };
+        assert_eq!(by_row_set_stiffness::Output::measure(&bodies, [0], &params).energy, 3.5);
+    }
+}
+
 #[forcec_runtime::forces]
 mod fields {
     //! Fields.

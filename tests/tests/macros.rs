@@ -119,6 +119,65 @@ fn functions_alone_are_what_the_command_line_writes() {
     assert!(counts.iter().sum::<usize>() > 20, "some functions need no helper");
 }
 
+/// Options of an attribute, of a module and of the command line make the same kernels.
+#[test]
+fn options_make_what_the_command_line_makes() {
+    const JOINT: &str = "fn joint(a: Rigid, b: Rigid, arm_a: Vec3, arm_b: Vec3) -> Vec3 { \
+                         a.position + a.orientation * arm_a - b.position - b.orientation * arm_b }";
+    for options in [
+        "outputs(value, jacobian), fixed(b), set(damping = 0.0, arm_b = [0.0, 0, -0.5])",
+        "layout = \"packed\", lanes = 4, mode = fast, real = f32",
+        "layout = system, set(step = 0.01), fma, effort = quick",
+        "set(stiffness = 1e3, damping = 2.0, arm_a = [1, 2, 3], arm_b = 0.0)",
+        "real(f32, f64), outputs = force",
+    ] {
+        let text = format!("#[constraint({options})]\n{JOINT}");
+        let compiled = compile(&Source::new("joint.rs", text.as_str()), &|_| true, forcec::Effort::Default);
+        let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
+        let mut written = BTreeMap::new();
+        for precision in PRECISIONS {
+            let text = targets::kernel(&compiled.functions[0].kernel, Target::Rust, precision);
+            kernels(&syn::parse_file(&text).unwrap().items, &mut written);
+        }
+        let alone = expand::function("constraint", options.parse().unwrap(), JOINT.parse().unwrap());
+        let module = format!("mod joints {{ #[constraint] {JOINT} }}");
+        let module = expand::module(options.parse().unwrap(), module.parse().unwrap());
+        for output in [alone, module] {
+            assert!(errors(output.clone()).is_empty(), "{options}: {output}");
+            let expanded = expanded(output);
+            assert_eq!(expanded.len(), if options.contains("real = ") { 1 } else { 2 }, "{options}");
+            assert_equal(options, &expanded, &written);
+        }
+    }
+}
+
+/// A wrong option is named at its place, with what to write.
+#[test]
+fn wrong_options_are_named() {
+    let function = "fn tie(a: Particle, b: Particle, length: Real) -> Real { \
+                    (a.position - b.position).norm_squared() - length }";
+    for (options, column, message) in [
+        ("layout = packd", 10, "unknown layout `packd`"),
+        ("real = f32, lanes = 3", 21, "unknown number of lanes `3`"),
+        ("outputs(value, forc)", 16, "unknown output `forc`"),
+        ("outputs(force), layout = system", 1, "the layout `system` says itself what is computed"),
+        ("fixed(c)", 7, "no body `c`"),
+        ("set(damping = 0.0, lenght = 1.0)", 20, "no parameter `lenght`"),
+        ("set(length = [1.0, 2.0])", 5, "`length` has 1 entries, and 2 are set"),
+        ("set(length = x)", 5, "the option `set` is malformed"),
+        ("lanes(4)", 1, "the option `lanes` is malformed"),
+        ("lanes", 1, "the option `lanes` is malformed"),
+        ("fma, fma", 6, "`fma` is stated twice"),
+        ("target = rust", 1, "unknown option `target`"),
+    ] {
+        let alone = expand::function("constraint", options.parse().unwrap(), function.parse().unwrap());
+        let found = errors(alone);
+        assert_eq!(found, [(1, column, message.to_owned())].into(), "{options}");
+    }
+    let included = expand::file("\"joints.rs\", layout = packd".parse().unwrap());
+    assert_eq!(errors(included), [(1, 23, "unknown layout `packd`".to_owned())].into());
+}
+
 /// The messages of `compile_error!` and where they stand.
 fn errors(tokens: TokenStream) -> BTreeSet<(usize, usize, String)> {
     let mut found = BTreeSet::new();

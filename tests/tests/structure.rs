@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 18] = [
+const VOCABULARY: [&str; 20] = [
     "bodies",
     "definition",
     "diagnostic",
@@ -15,12 +15,14 @@ const VOCABULARY: [&str; 18] = [
     "layouts",
     "number",
     "ops",
+    "options",
     "outputs",
     "plan",
     "scalar",
     "span",
     "special",
     "specialize",
+    "suggest",
     "vector",
     "verify",
 ];

@@ -5,8 +5,8 @@ use super::elaborator::Elaborator;
 use super::types::Type;
 use super::values::Value;
 use crate::span::Span;
+use crate::suggest;
 use crate::syntax::ast::{ExprId, Name, Path};
-use crate::syntax::suggest;
 
 impl<'a> Elaborator<'a> {
     pub(super) fn call(&mut self, path: &'a Path, arguments: &[ExprId], span: Span) -> Value {

@@ -9,8 +9,8 @@ use super::types::Type;
 use super::values::{Composite, Value};
 use crate::ops::Function;
 use crate::span::Span;
+use crate::suggest;
 use crate::syntax::ast::{self, BinaryOp, ExprId, ExprKind, Name, Path, UnaryOp};
-use crate::syntax::suggest;
 use crate::vector::Truth;
 
 /// What follows a condition.

@@ -13,8 +13,8 @@ use crate::definition::{Definition, Generalised, Law, Row};
 use crate::diagnostic::Diagnostic;
 use crate::exact::Exact;
 use crate::specialize::Specialization;
+use crate::suggest;
 use crate::syntax::ast::{DomainClause, ExprId, Function, FunctionKind, StatedDomain};
-use crate::syntax::suggest;
 use crate::vector::{Comparison, Graph};
 
 /// More arguments than any function has.
@@ -91,7 +91,11 @@ fn parameter(
 ) -> Parameter {
     let mut parameter = Parameter { name, ty, domain: Domain::Any, value: None };
     if let Err(message) = known.give(&mut parameter) {
-        diagnostics.push(Diagnostic::error(function.name.span, message, "the function it is set for"));
+        let (place, label) = match function.sets(&parameter.name) {
+            Some(place) => (place, "set here"),
+            None => (function.name.span, "the function it is set for"),
+        };
+        diagnostics.push(Diagnostic::error(place, message, label));
     }
     parameter
 }

@@ -30,7 +30,7 @@ pub use builtins::reference;
 use crate::definition::Definition;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::specialize::Specialization;
-use crate::syntax::ast::{Expressions, File, FunctionKind};
+use crate::syntax::ast::{Expressions, File, Function, FunctionKind};
 use crate::syntax::{report, with_deep_stack};
 use crate::vector::Graph;
 use elaborator::{Elaborator, Frame};
@@ -48,26 +48,19 @@ pub struct Checked {
 
 /// Checks a file, or says everything that is wrong with it.
 pub fn check(file: &File) -> Result<Checked, Diagnostics> {
-    check_knowing(file, &Specialization::default(), &|_| true)
+    check_knowing(file, &|_| Specialization::default())
 }
 
-/// Checks a file of which something is known; it is known of the wanted functions alone.
+/// Checks a file of whose functions something is known.
 pub fn check_knowing(
     file: &File,
-    known: &Specialization,
-    wanted: &dyn Fn(&str) -> bool,
+    known: &dyn Fn(&Function) -> Specialization,
 ) -> Result<Checked, Diagnostics> {
-    let wanted: BTreeSet<&str> = file
-        .functions
-        .iter()
-        .map(|function| function.name.text.as_str())
-        .filter(|name| wanted(name))
-        .collect();
-    with_deep_stack(|| check_here(file, known, &wanted))
+    let known: Vec<Specialization> = file.functions.iter().map(known).collect();
+    with_deep_stack(|| check_here(file, &known))
 }
 
-fn check_here(file: &File, known: &Specialization, wanted: &BTreeSet<&str>) -> Result<Checked, Diagnostics> {
-    let nothing = Specialization::default();
+fn check_here(file: &File, known: &[Specialization]) -> Result<Checked, Diagnostics> {
     let mut diagnostics = Vec::new();
     let program = Program::new(file, &mut diagnostics);
     let names = names::resolve(&program);
@@ -81,8 +74,7 @@ fn check_here(file: &File, known: &Specialization, wanted: &BTreeSet<&str>) -> R
         if function.kind == FunctionKind::Helper || in_vain > elaborator::MOST_STEPS / 4 {
             continue;
         }
-        let known = if wanted.contains(function.name.text.as_str()) { known } else { &nothing };
-        let outcome = forces::define(&program, &names.recursive, index, Graph::new, known);
+        let outcome = forces::define(&program, &names.recursive, index, Graph::new, &known[index]);
         in_vain += if outcome.definition.is_none() { outcome.steps } else { 0 };
         diagnostics.extend(outcome.diagnostics);
         definitions.extend(outcome.definition);

@@ -9,11 +9,11 @@ use super::scope::Scope;
 use super::types::Type;
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;
+use crate::suggest;
 use crate::syntax::ast::{
     Block, Constant, ExprId, ExprKind, Expressions, Function, FunctionKind, Name, Path, Pattern, Statement,
     TypeKind,
 };
-use crate::syntax::suggest;
 use std::collections::BTreeMap;
 
 /// What the walk over all functions found.

@@ -6,8 +6,8 @@ use super::quaternions::{self, Quaternion};
 use super::values::Value;
 use crate::bodies::Role;
 use crate::span::Span;
+use crate::suggest;
 use crate::syntax::ast::{FunctionKind, Name};
-use crate::syntax::suggest;
 use crate::vector::Real;
 
 impl Elaborator<'_> {

@@ -3,8 +3,8 @@
 use super::elaborator::{Elaborator, LARGEST_VALUE};
 use super::types::Type;
 use super::values::Value;
+use crate::suggest;
 use crate::syntax::ast::{self, ExprId, TypeKind};
-use crate::syntax::suggest;
 
 impl Elaborator<'_> {
     /// The type a text names.

@@ -1,8 +1,9 @@
 //! `forcec build`: force files to kernels on disk.
 
-use super::{Failure, Input, Outcome, RealArgument, TargetArgument, complain};
+use super::options::{Options, PRINTED};
+use super::{Failure, Input, Outcome, complain};
 use crate::files;
-use crate::kernel::{Precision, Target};
+use crate::kernel::Target;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -10,14 +11,10 @@ pub(super) struct Build {
     #[command(flatten)]
     input: Input,
     /// The folder the kernels are written to; it is made if it is not there
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// What to write; may be repeated
-    #[arg(long, value_name = "TARGET", default_value = "c")]
-    target: Vec<TargetArgument>,
-    /// The precision of the kernels; may be repeated
-    #[arg(long, value_name = "REAL", default_value = "f64")]
-    real: Vec<RealArgument>,
+    #[arg(long, value_name = "DIR", required_unless_present = "scene")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    printed: Options<PRINTED>,
     /// Write nothing; exit 1 if a file on disk differs from what would be written
     #[arg(long)]
     check: bool,
@@ -25,20 +22,24 @@ pub(super) struct Build {
 
 impl Build {
     pub(super) fn run(self) -> Outcome {
-        let units = self.input.compile()?;
-        let precisions: Vec<Precision> = [RealArgument::F64, RealArgument::F32]
-            .into_iter()
-            .filter(|real| self.real.contains(real))
-            .map(Precision::from)
-            .collect();
-        let targets: Vec<Target> = [TargetArgument::C, TargetArgument::Rust]
-            .into_iter()
-            .filter(|target| self.target.contains(target))
-            .map(Target::from)
-            .collect();
-        let outputs = files::outputs(&units, &self.out, &targets, &precisions).map_err(Failure::Input)?;
+        let printed = self.printed.request();
+        let (units, scene) = match &self.input.scene {
+            Some(path) => {
+                let scene = self.input.scene(path)?;
+                (scene.units, Some((scene.out, scene.request)))
+            }
+            None => (self.input.compile()?, None),
+        };
+        // What the command says of these goes before what the scene does.
+        let (out, printed) = match (self.out, scene) {
+            (out, Some((own, request))) => (out.unwrap_or(own), request.with(&self.printed.0)),
+            (out, None) => (out.unwrap_or_default(), printed),
+        };
+        let outputs =
+            files::outputs(&units, &out, &printed.targets_or(Target::C), &printed.precisions_or_double());
+        let outputs = outputs.map_err(Failure::Input)?;
         if !self.check {
-            return files::write(&self.out, &outputs).map_err(Failure::Input);
+            return files::write(&out, &outputs).map_err(Failure::Input);
         }
         let mut differ = false;
         for output in &outputs {

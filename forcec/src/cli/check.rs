@@ -29,6 +29,7 @@ impl Check {
                 let whole = function.outputs() == Part::DEFAULT;
                 let check = if whole { verify::check } else { verify::check_chosen };
                 let mut report = check(&subject, &options);
+                report.kernel.clone_from(&function.kernel.name);
                 let misplaced = misplaced(function, &subject);
                 report.passed &= misplaced.is_none();
                 report.problems.extend(misplaced);

@@ -1,23 +1,37 @@
 //! What a command is to work on: force files, read, checked and compiled together.
 
-use super::{Failure, Files, Input, Progress, colour, complain};
+use super::scene::{self, Scene};
+use super::{Failure, Input, Progress, Search, colour, complain};
 use crate::compile::Request;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::files::{self, Unit};
 use crate::span::Source;
-use crate::syntax;
+use crate::suggest;
+use std::path::{Path, PathBuf};
 
 impl Input {
     /// Reads, checks and compiles everything asked for. Warnings are printed, errors of all files collected.
     pub(super) fn compile(&self) -> Result<Vec<Unit>, Failure> {
-        if self.search.outputs.is_some() && self.search.layout.row().computes.is_some() {
-            let name = self.search.layout.row().name;
-            return Err(Failure::Input(format!(
-                "error: the layout `{name}` says itself what is computed\n  = help: leave `--outputs` out"
-            )));
+        if let Some(path) = &self.scene {
+            return self.scene(path).map(|scene| scene.units);
         }
-        self.files
-            .compile(&self.search.request(), &|unit| warn(&unit.compiled.source, &unit.compiled.warnings))
+        let request = self.search.request();
+        if let Some((message, help)) = request.conflict() {
+            return Err(Failure::Input(format!("error: {message}\n  = help: {help}")));
+        }
+        let files = Files { paths: &self.paths, only: &self.only };
+        files.compile(&request, &|unit| warn(&unit.compiled.source, &unit.compiled.warnings))
+    }
+
+    /// The kernels of a scene, which says itself how they are made.
+    pub(super) fn scene(&self, path: &Path) -> Result<Scene, Failure> {
+        let Search { options, passes } = &self.search;
+        if !options.0.is_empty() || passes.is_some() || !self.only.is_empty() {
+            let message =
+                "error: a scene says itself how its kernels are made\n  = help: write the options into it";
+            return Err(Failure::Input(message.to_owned()));
+        }
+        scene::compile(path)
     }
 }
 
@@ -29,10 +43,18 @@ pub(super) fn warn(source: &Source, warnings: &[Diagnostic]) {
     }
 }
 
-impl Files {
+/// Which force functions.
+pub(super) struct Files<'a> {
+    /// Force files, or folders that are searched for them.
+    pub(super) paths: &'a [PathBuf],
+    /// Names; all if there are none.
+    pub(super) only: &'a [String],
+}
+
+impl Files<'_> {
     /// Reads, checks and compiles what is wanted; of each file that could be compiled `warn` is told, even if others have errors.
     pub(super) fn compile(&self, request: &Request, warn: &dyn Fn(&Unit)) -> Result<Vec<Unit>, Failure> {
-        let found = files::read_all(&self.paths);
+        let found = files::read_all(self.paths);
         let mut errors = found.errors;
         let progress = Progress::new(found.sources.len());
         let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|only| only == name);
@@ -56,7 +78,7 @@ impl Files {
         let unknown = self.only.iter().filter(|only| !names.contains(&only.as_str()));
         unknown
             .map(|only| {
-                let near = syntax::suggest::did_you_mean(only, names.iter().copied());
+                let near = suggest::did_you_mean(only, names.iter().copied());
                 let help = near.unwrap_or_else(|| "`forcec stats` lists the force functions".to_owned());
                 format!("error: no force function `{only}`\n  = help: {help}")
             })

@@ -1,17 +1,22 @@
 //! `forcec lint`: how force functions behave in a solver, and what to write instead.
 
-use super::input::warn;
-use super::{Failure, Files, Known, Outcome, in_parallel, print};
-use crate::compile::Request;
+use super::input::{Files, warn};
+use super::options::{KNOWN, Options};
+use super::{Failure, Outcome, in_parallel, print};
 use crate::lint::{advise, render};
 use crate::plan::Effort;
+use std::path::PathBuf;
 
 #[derive(clap::Args)]
 pub(super) struct Lint {
+    /// Force files, or folders that are searched for them
+    #[arg(value_name = "PATH", required = true)]
+    paths: Vec<PathBuf>,
+    /// Only the force function of this name; may be repeated
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
     #[command(flatten)]
-    files: Files,
-    #[command(flatten)]
-    known: Known,
+    options: Options<KNOWN>,
     /// Exit 1 if there is a warning
     #[arg(long)]
     deny_warnings: bool,
@@ -19,9 +24,11 @@ pub(super) struct Lint {
 
 impl Lint {
     pub(super) fn run(self) -> Outcome {
-        let request = Request { known: self.known.specialization(), ..Effort::Quick.into() };
+        let mut request = self.options.request();
+        request.plan.effort = Effort::Quick;
+        let files = Files { paths: &self.paths, only: &self.only };
         // What the compiler warns of is said below, with what was measured there.
-        let units = self.files.compile(&request, &|_| ())?;
+        let units = files.compile(&request, &|_| ())?;
         let units: Vec<_> = units.iter().map(|unit| &unit.compiled).collect();
         let functions: Vec<_> =
             units.iter().flat_map(|unit| &unit.functions).map(|f| &f.definition).collect();

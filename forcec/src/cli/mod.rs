@@ -6,18 +6,16 @@ mod build;
 mod check;
 mod input;
 mod lint;
+mod options;
+mod scene;
 mod show;
 mod stats;
 
-use crate::compile::Request;
-use crate::exact::Exact;
-use crate::kernel::{Precision, Target};
-use crate::layouts::{LANES, Layout};
 use crate::optimize::{LOWER, PASSES};
-use crate::outputs::Part;
-use crate::plan::{Effort, Mode, Plan};
-use crate::specialize::Specialization;
+use crate::options::Request;
+use crate::plan::Plan;
 use clap::{CommandFactory, Parser, Subcommand};
+use options::Options;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,7 +30,8 @@ Examples:
   forcec check forces/                               compare every kernel with its mathematics
   forcec lint forces/                                how functions behave in a solver
   forcec show joints.rs hinge --stage derivative     what the blocks of the hinge are
-  forcec stats forces/                               operations, lines and compile time";
+  forcec stats forces/                               operations, lines and compile time
+  forcec build --scene robot.toml                    exactly the kernels that a scene needs";
 
 /// An offline force compiler: constraints, energies and forces to C and Rust kernels with exact derivatives.
 #[derive(Parser)]
@@ -75,105 +74,37 @@ enum Command {
 /// Where force functions come from.
 #[derive(clap::Args)]
 struct Input {
-    #[command(flatten)]
-    files: Files,
-    #[command(flatten)]
-    search: Search,
-}
-
-/// Which force functions.
-#[derive(clap::Args)]
-struct Files {
     /// Force files, or folders that are searched for them
-    #[arg(value_name = "PATH", required = true)]
+    #[arg(value_name = "PATH", required_unless_present = "scene")]
     paths: Vec<PathBuf>,
+    /// A scene file: it names the force files, the kernels and how they are made
+    #[arg(long, value_name = "FILE", conflicts_with = "paths")]
+    scene: Option<PathBuf>,
     /// Only the force function of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
+    #[command(flatten)]
+    search: Search,
 }
 
 /// How to make kernels.
 #[derive(clap::Args)]
 struct Search {
-    /// How long to look for fewer operations
-    #[arg(long, value_parser = effort, default_value = "default", value_name = "quick|default|max")]
-    effort: Effort,
-    /// What kernels may do to rounding
-    #[arg(long, value_parser = mode, default_value = "balanced", value_name = "strict|balanced|fast|accurate")]
-    mode: Mode,
-    /// Write products that are added as fused multiplications and additions
-    #[arg(long)]
-    fma: bool,
+    #[command(flatten)]
+    options: Options,
     /// Only these passes of the optimiser, in their own order
     #[arg(long, value_name = "PASS,…", value_delimiter = ',', value_parser = pass)]
     passes: Option<Vec<u32>>,
-    /// What kernels compute, of value, jacobian, force, dfdx and dfdv; `value` is C, or E, and its rate
-    #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', value_parser = output)]
-    outputs: Option<Vec<&'static [Part]>>,
-    /// Where results stand: `dense`, `packed`, `system` or `product`
-    #[arg(long, value_parser = layout, default_value = "dense", value_name = "LAYOUT")]
-    layout: Layout,
-    /// How many instances a kernel computes at once, from structures of arrays
-    #[arg(long, value_parser = lanes, default_value = "1", value_name = "1|4|8")]
-    lanes: usize,
-    #[command(flatten)]
-    known: Known,
-}
-
-/// What is known of force functions beforehand.
-#[derive(clap::Args)]
-struct Known {
-    /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
-    #[arg(long, value_name = "BODY")]
-    fixed: Vec<String>,
-    /// A parameter whose value is known, as in `damping=0` or `arm_b=[0,0,0.5]`; may be repeated
-    #[arg(long, value_parser = Specialization::parse_value, value_name = "NAME=VALUE")]
-    set: Vec<(String, Vec<Exact>)>,
 }
 
 impl Search {
     fn request(&self) -> Request {
-        let mut plan = Plan { mode: self.mode, fma: self.fma, ..Plan::from(self.effort) };
+        let mut request = self.options.request();
         if let Some(passes) = &self.passes {
-            plan.passes = passes.iter().fold(0, |all, pass| all | pass);
+            request.plan.passes = passes.iter().fold(0, |all, pass| all | pass);
         }
-        let outputs = match &self.outputs {
-            Some(chosen) => Part::in_order(chosen.concat()),
-            None => Part::DEFAULT.to_vec(),
-        };
-        Request { plan, known: self.known.specialization(), outputs, layout: self.layout, lanes: self.lanes }
+        request
     }
-}
-
-impl Known {
-    fn specialization(&self) -> Specialization {
-        Specialization { fixed: self.fixed.clone(), set: self.set.clone() }
-    }
-}
-
-/// The layout of this name.
-fn layout(name: &str) -> Result<Layout, String> {
-    Layout::named(name).ok_or_else(|| format!("the layouts are {}", Layout::names()))
-}
-
-/// So many lanes.
-fn lanes(text: &str) -> Result<usize, String> {
-    let found = LANES.iter().find(|lanes| lanes.to_string() == text);
-    found.copied().ok_or_else(|| format!("lanes are {LANES:?}"))
-}
-
-/// The mode of this name.
-fn mode(name: &str) -> Result<Mode, String> {
-    Mode::named(name).ok_or_else(|| format!("the modes are {}", Mode::names()))
-}
-
-/// What an output of this name stands for.
-fn output(name: &str) -> Result<&'static [Part], String> {
-    let found = Part::CHOICES.iter().find(|(own, _)| *own == name);
-    found.map(|(_, parts)| *parts).ok_or_else(|| {
-        let names: Vec<&str> = Part::CHOICES.iter().map(|(name, _)| *name).collect();
-        format!("the outputs are {}", names.join(", "))
-    })
 }
 
 /// The pass of this name, as a plan has it.
@@ -183,12 +114,6 @@ fn pass(name: &str) -> Result<u32, String> {
         let names: Vec<&str> = [LOWER].into_iter().chain(PASSES.iter().map(|pass| pass.name)).collect();
         format!("the passes are {}", names.join(", "))
     })
-}
-
-/// The effort of this name.
-fn effort(name: &str) -> Result<Effort, String> {
-    let found = Effort::ALL.into_iter().find(|(own, _)| *own == name);
-    found.map(|(_, effort)| effort).ok_or_else(|| "it is one of `quick`, `default` and `max`".to_owned())
 }
 
 /// Why a command did not end well.
@@ -314,39 +239,5 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
-    }
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
-enum TargetArgument {
-    /// C99: NAME.h, NAME.c and forcec.h
-    C,
-    /// Rust: NAME.rs
-    Rust,
-}
-
-impl From<TargetArgument> for Target {
-    fn from(argument: TargetArgument) -> Target {
-        match argument {
-            TargetArgument::C => Target::C,
-            TargetArgument::Rust => Target::Rust,
-        }
-    }
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
-enum RealArgument {
-    /// double precision
-    F64,
-    /// single precision
-    F32,
-}
-
-impl From<RealArgument> for Precision {
-    fn from(argument: RealArgument) -> Precision {
-        match argument {
-            RealArgument::F64 => Precision::F64,
-            RealArgument::F32 => Precision::F32,
-        }
     }
 }

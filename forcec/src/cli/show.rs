@@ -1,6 +1,6 @@
 //! `forcec show`: one stage of one force function.
 
-use super::{Failure, Files, Input, Outcome, Search, print};
+use super::{Failure, Input, Outcome, Search, print};
 use crate::derive::derive;
 use crate::formula::Dialect;
 use crate::kernel::{Precision, Target};
@@ -47,8 +47,8 @@ pub(super) struct Show {
 
 impl Show {
     pub(super) fn run(self) -> Outcome {
-        let files = Files { paths: vec![self.path], only: vec![self.name.clone()] };
-        let input = Input { files, search: self.search };
+        let input =
+            Input { paths: vec![self.path], scene: None, only: vec![self.name.clone()], search: self.search };
         let units = input.compile()?;
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;
@@ -58,9 +58,10 @@ impl Show {
         let parts = if whole { Part::DEFAULT.to_vec() } else { function.outputs() };
         let derived = || derive(&function.definition, &parts, function.formulation);
         let rendered = |target| {
-            let files = emit(&unit.file(&[Precision::F64]), target);
+            let files = unit.files(&[Precision::F64]);
             files
-                .into_iter()
+                .iter()
+                .flat_map(|file| emit(file, target))
                 .filter(|file| !file.name.ends_with(".h"))
                 .map(|file| file.text)
                 .collect::<String>()

@@ -1,8 +1,10 @@
 //! `forcec stats`: operations, lines, non-zeros and compile time of every kernel.
 
+use super::scene::{self, Full, Scene};
 use super::{Input, Outcome, print};
 use crate::compile::Stages;
 use crate::kernel::{File, Precision, Target};
+use crate::layouts::Layout;
 use crate::targets::emit;
 use serde_json::{Value, json};
 
@@ -20,6 +22,9 @@ const COLUMNS: [&str; 11] =
 
 impl Stats {
     pub(super) fn run(self) -> Outcome {
+        if let Some(path) = &self.input.scene {
+            return self.scene(&self.input.scene(path)?);
+        }
         let units = self.input.compile()?;
         let functions: Vec<&Stages> = units.iter().flat_map(|unit| &unit.compiled.functions).collect();
         if self.json {
@@ -27,23 +32,81 @@ impl Stats {
             return print(&format!("{:#}\n", json!({ "kernels": kernels })));
         }
         let rows: Vec<Vec<String>> = functions.iter().map(|function| row(function)).collect();
-        let width =
-            |k: usize| rows.iter().map(|row| row[k].len()).chain([COLUMNS[k].len()]).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..COLUMNS.len()).map(width).collect();
-        let line = |cells: &mut dyn Iterator<Item = &str>| {
-            let mut text = String::new();
-            for (k, cell) in cells.enumerate() {
-                let width = widths[k];
-                text.push_str(&if k == 0 { format!("{cell:<width$}") } else { format!("  {cell:>width$}") });
-            }
-            text + "\n"
+        print(&table(&COLUMNS, &rows))
+    }
+
+    /// What the kernels of a scene cost beside those of everything, and what is left out.
+    fn scene(&self, scene: &Scene) -> Outcome {
+        let functions: Vec<&Stages> = scene.units.iter().flat_map(|unit| &unit.compiled.functions).collect();
+        let operations = |function: &Stages| function.kernel.schedule.operations().total();
+        if self.json {
+            let kernel = |(function, full): (&&Stages, &Full)| {
+                let mut row = row_json(function);
+                row["name"] = json!(function.kernel.name);
+                row["function"] = json!(function.definition.name);
+                row["entries"] = json!(scene::entries(function));
+                row["full"] =
+                    json!(full.cost.map(|(ops, entries)| json!({ "ops": ops, "entries": entries })));
+                row
+            };
+            let kernels: Vec<Value> = functions.iter().zip(&scene.full).map(kernel).collect();
+            return print(&format!("{:#}\n", json!({ "kernels": kernels, "left_out": scene.left_out })));
+        }
+        let line = |name: &str, (ops, entries): (usize, usize), full: Option<(usize, usize)>| {
+            let of = |full: Option<usize>| full.map_or_else(|| "-".to_owned(), |full| full.to_string());
+            let saved = full.map_or_else(|| "-".to_owned(), |(full, _)| saved(ops, full));
+            let (full_ops, full_entries) = (full.map(|full| full.0), full.map(|full| full.1));
+            vec![name.to_owned(), ops.to_string(), of(full_ops), saved, entries.to_string(), of(full_entries)]
         };
-        let mut text = line(&mut COLUMNS.into_iter());
-        for row in &rows {
-            text.push_str(&line(&mut row.iter().map(String::as_str)));
+        let mut rows = Vec::new();
+        let (mut own, mut all) = ((0, 0), (0, 0));
+        for (function, full) in functions.iter().zip(&scene.full) {
+            let cost = (operations(function), scene::entries(function));
+            own = (own.0 + cost.0, own.1 + cost.1);
+            let full = full.cost;
+            all = full.map_or(all, |full| (all.0 + full.0, all.1 + full.1));
+            rows.push(line(&function.kernel.name, cost, full));
+        }
+        rows.push(line("total", own, Some(all)));
+        let mut text = table(&["kernel", "operations", "of full", "saved", "outputs", "of full"], &rows);
+        if functions.iter().any(|function| function.kernel.layout == Layout::System) {
+            text.push_str("\nwhat is `_system` also makes a step's matrix and impulse of F, dF/dX and dF/dV, which the full one leaves to others\n");
+        }
+        if scene.again > 0 {
+            text.push_str(&format!("\nasked for again, and written once: {}\n", scene.again));
+        }
+        if !scene.left_out.is_empty() {
+            text.push_str(&format!("\nforce functions left out: {}\n", scene.left_out.join(", ")));
         }
         print(&text)
     }
+}
+
+/// How much less it is, in hundredths.
+fn saved(cost: usize, full: usize) -> String {
+    match full {
+        0 => "-".to_owned(),
+        _ => format!("{:.0} %", 100.0 * (1.0 - cost as f64 / full as f64)),
+    }
+}
+
+/// Rows below headings; the first column stands to the left.
+fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
+    let length = |text: &str| text.chars().count();
+    let width =
+        |k: usize| rows.iter().map(|row| length(&row[k])).chain([length(headings[k])]).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..headings.len()).map(width).collect();
+    let mut text = String::new();
+    let mut line = |cells: &mut dyn Iterator<Item = &str>| {
+        for (k, cell) in cells.enumerate() {
+            let width = widths[k];
+            text.push_str(&if k == 0 { format!("{cell:<width$}") } else { format!("  {cell:>width$}") });
+        }
+        text.push('\n');
+    };
+    line(&mut headings.iter().copied());
+    rows.iter().for_each(|row| line(&mut row.iter().map(String::as_str)));
+    text
 }
 
 /// Lines of the C source of a kernel in double precision, and its entries that are not zero.

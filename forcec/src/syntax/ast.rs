@@ -4,7 +4,7 @@
 //! is flat memory. Names are not resolved and types are not checked yet.
 
 use crate::exact::Exact;
-use crate::plan::Mode;
+use crate::options::Choice;
 use crate::span::{Source, Span};
 
 /// A parsed force file.
@@ -69,13 +69,17 @@ pub enum FunctionKind {
     Force,
 }
 
-/// The precision an attribute asks its macro for; the command line chooses its own.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Precision {
-    /// `real = f32`
-    F32,
-    /// `real = f64`
-    F64,
+/// An option that an attribute states.
+#[derive(Clone, Debug)]
+pub struct Stated {
+    /// What is stated.
+    pub choice: Choice,
+    /// Where.
+    pub span: Span,
+    /// Where each of its values stands.
+    pub places: Vec<Span>,
+    /// Whether it is stated of a module, and holds for those of its functions that it fits.
+    pub shared: bool,
 }
 
 /// A function.
@@ -85,12 +89,8 @@ pub struct Function {
     pub docs: Vec<String>,
     /// What it is.
     pub kind: FunctionKind,
-    /// `real = …` of its attribute.
-    pub precision: Option<Precision>,
-    /// `mode = …` of its attribute.
-    pub mode: Option<Mode>,
-    /// `fma` in its attribute.
-    pub fma: bool,
+    /// The options of its module's attribute, then those of its own.
+    pub options: Vec<Stated>,
     /// The clauses of `#[domain(…)]`.
     pub domains: Vec<DomainClause>,
     /// Its name.
@@ -103,6 +103,23 @@ pub struct Function {
     pub expressions: Expressions,
     /// Its body.
     pub body: Block,
+}
+
+impl Function {
+    /// What it states of itself, in order.
+    pub fn choices(&self) -> impl Iterator<Item = &Choice> {
+        self.options.iter().map(|stated| &stated.choice)
+    }
+
+    /// Where it states the value of a parameter.
+    pub fn sets(&self, parameter: &str) -> Option<Span> {
+        let mut places = self.options.iter().rev().filter_map(|stated| {
+            let Choice::Known(known) = &stated.choice else { return None };
+            let at = known.set.iter().position(|(name, _)| name == parameter)?;
+            stated.places.get(at).copied()
+        });
+        places.next()
+    }
 }
 
 /// One argument of a function.

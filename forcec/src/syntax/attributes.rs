@@ -1,10 +1,9 @@
 //! Attributes: which function is a force, what its parameters may be, and what is left to rustc.
 
-use super::ast::{DomainClause, FunctionKind, Precision, StatedDomain};
+use super::ast::{self, DomainClause, FunctionKind, StatedDomain};
 use super::reader::Reader;
-use super::suggest;
-use crate::plan::Mode;
 use crate::span::Span;
+use crate::suggest;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Meta, Token};
@@ -36,9 +35,7 @@ const PASSED_OVER: [&str; 15] = [
 pub(super) struct Stated {
     pub(super) docs: Vec<String>,
     pub(super) kind: Option<(FunctionKind, Span)>,
-    pub(super) precision: Option<Precision>,
-    pub(super) mode: Option<Mode>,
-    pub(super) fma: bool,
+    pub(super) options: Vec<ast::Stated>,
     pub(super) domains: Vec<DomainClause>,
     /// Where a `#[domain]` stands.
     pub(super) domain: Option<Span>,
@@ -76,7 +73,10 @@ impl Reader<'_> {
             let span = hash.to(self.between(attribute.bracket_token.span));
             match ours {
                 "doc" => document(attribute, &mut stated.docs),
-                "forces" => stated.forces = true,
+                "forces" => {
+                    stated.forces = true;
+                    self.options(attribute, ours, span, &[], &mut stated);
+                }
                 "constraint" | "energy" | "force" => self.kind(attribute, ours, span, &mut stated),
                 "domain" => {
                     stated.domain.get_or_insert(span);
@@ -114,97 +114,9 @@ impl Reader<'_> {
             );
             return;
         }
-        let options = match &attribute.meta {
-            Meta::Path(_) => Punctuated::new(),
-            _ => match attribute.parse_args_with(Punctuated::<Meta, Token![,]>::parse_terminated) {
-                Ok(options) => options,
-                Err(error) => {
-                    let at = self.at(error.span());
-                    let at = if at == Span::default() { span } else { at };
-                    self.error_help(
-                        at,
-                        format!("the options of `#[{name}]` are malformed"),
-                        error.to_string(),
-                        "write them as in `#[constraint(unilateral, per_row)]`",
-                    );
-                    Punctuated::new()
-                }
-            },
-        };
-        let (mut unilateral, mut per_row) = (false, false);
-        for option in &options {
-            let path = self.path(option.path());
-            let place = path.span;
-            let text = path.last().to_owned();
-            match (text.as_str(), option) {
-                ("unilateral" | "per_row", Meta::Path(_)) if name == "constraint" => {
-                    let flag = if text == "unilateral" { &mut unilateral } else { &mut per_row };
-                    if *flag {
-                        self.error(place, format!("`{text}` is stated twice"), "the second time");
-                    }
-                    *flag = true;
-                }
-                ("unilateral" | "per_row", Meta::Path(_)) => self.error_help(
-                    place,
-                    format!("`{text}` is an option of constraints"),
-                    format!("this is `#[{name}]`"),
-                    "an energy or a force is already all there is to it; leave the option out",
-                ),
-                ("real", Meta::NameValue(value)) => match &value.value {
-                    syn::Expr::Path(path) if path.path.is_ident("f32") => {
-                        stated.precision = Some(Precision::F32);
-                    }
-                    syn::Expr::Path(path) if path.path.is_ident("f64") => {
-                        stated.precision = Some(Precision::F64);
-                    }
-                    _ => self.error_help(
-                        place,
-                        "unknown precision",
-                        "neither `f32` nor `f64`",
-                        "write `real = f32`",
-                    ),
-                },
-                ("fma", Meta::Path(_)) => stated.fma = true,
-                ("mode", Meta::NameValue(value)) => {
-                    let mode = match &value.value {
-                        syn::Expr::Path(path) => path.path.get_ident().map(ToString::to_string),
-                        _ => None,
-                    };
-                    match mode.as_deref().map(Mode::named) {
-                        Some(Some(mode)) => stated.mode = Some(mode),
-                        _ => self.error_help(
-                            place,
-                            "unknown mode",
-                            "what follows is none",
-                            format!("the modes are {}", Mode::names()),
-                        ),
-                    }
-                }
-                ("unilateral" | "per_row" | "real" | "mode" | "fma", _) => {
-                    let (form, help) = match text.as_str() {
-                        "real" => ("it takes a precision", "write `real = f32`".to_owned()),
-                        "mode" => ("it takes the name of a mode", "write `mode = fast`".to_owned()),
-                        _ => ("it stands by itself", format!("write `{text}`")),
-                    };
-                    self.error_help(place, format!("the option `{text}` is malformed"), form, help);
-                }
-                _ => {
-                    let known: &[&str] = match name {
-                        "constraint" => &["unilateral", "per_row", "real", "mode", "fma"],
-                        _ => &["real", "mode", "fma"],
-                    };
-                    let listed: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-                    let help = suggest::did_you_mean(&text, known.iter().copied())
-                        .unwrap_or_else(|| format!("the options are {}", listed.join(", ")));
-                    self.error_help(
-                        place,
-                        format!("unknown option `{text}`"),
-                        format!("no option of `#[{name}]`"),
-                        help,
-                    );
-                }
-            }
-        }
+        let flags: &[&str] = if name == "constraint" { &["unilateral", "per_row"] } else { &[] };
+        let flags = self.options(attribute, name, span, flags, stated);
+        let (unilateral, per_row) = (flags.contains(&"unilateral"), flags.contains(&"per_row"));
         let kind = match name {
             "constraint" => FunctionKind::Constraint { unilateral, per_row },
             "energy" => FunctionKind::Energy,

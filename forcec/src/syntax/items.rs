@@ -1,6 +1,6 @@
 //! Items: functions and constants; everything else is named with what to write instead.
 
-use super::ast::{Argument, Constant, Function, FunctionKind};
+use super::ast::{self, Argument, Constant, Function, FunctionKind};
 use super::attributes::Stated;
 use super::reader::Reader;
 use crate::span::Span;
@@ -57,7 +57,13 @@ impl Reader<'_> {
     fn module(&mut self, module: &syn::ItemMod) {
         let stated = self.attributes(&module.attrs);
         match &module.content {
-            Some((_, items)) if stated.forces => items.iter().for_each(|item| self.item(item)),
+            Some((_, items)) if stated.forces => {
+                let shared = stated.options.into_iter().map(|option| ast::Stated { shared: true, ..option });
+                let inner = self.module_options.iter().cloned().chain(shared).collect();
+                let outer = std::mem::replace(&mut self.module_options, inner);
+                items.iter().for_each(|item| self.item(item));
+                self.module_options = outer;
+            }
             _ => {
                 let name = self.at(module.ident.span());
                 let span = self.at(module.mod_token.span).to(name);
@@ -138,14 +144,12 @@ impl Reader<'_> {
             );
         }
         let body = self.body(&item.block);
-        let Stated { docs, precision, mode, fma, domains, .. } = stated;
+        let Stated { docs, options, domains, .. } = stated;
         let expressions = std::mem::take(&mut self.expressions);
         self.functions.push(Function {
             docs,
             kind,
-            precision,
-            mode,
-            fma,
+            options: self.module_options.iter().cloned().chain(options).collect(),
             domains,
             name,
             arguments,

@@ -11,8 +11,8 @@ mod items;
 mod limits;
 mod print;
 mod reader;
+mod stated;
 mod statements;
-pub(crate) mod suggest;
 mod types;
 
 pub(crate) use types::OTHER_NAMES;
@@ -92,6 +92,24 @@ pub fn from_items(
     } else {
         Err(report(source, reader.diagnostics))
     }
+}
+
+/// The options of the attribute above an item, or what is wrong with them.
+#[cfg(feature = "expand")]
+pub(crate) fn options(
+    item: &syn::Item,
+    locate: impl FnMut(proc_macro2::Span) -> Span,
+) -> Result<Vec<crate::options::Choice>, Vec<Diagnostic>> {
+    let mut reader = Reader::new(locate);
+    let attributes = match item {
+        syn::Item::Mod(module) => &module.attrs[..],
+        _ => &[],
+    };
+    let stated = reader.attributes(attributes).options;
+    if !reader.diagnostics.is_empty() {
+        return Err(reader.diagnostics);
+    }
+    Ok(stated.into_iter().map(|stated| stated.choice).collect())
 }
 
 /// Whether tokens that come from elsewhere are fit to be parsed.

@@ -12,6 +12,8 @@ pub(super) struct Reader<'a> {
     pub(super) docs: Vec<String>,
     pub(super) functions: Vec<Function>,
     pub(super) constants: Vec<Constant>,
+    /// What the module around states of its functions.
+    pub(super) module_options: Vec<super::ast::Stated>,
     /// The arena of the function being read.
     pub(super) expressions: super::ast::Expressions,
 }
@@ -24,6 +26,7 @@ impl<'a> Reader<'a> {
             docs: Vec::new(),
             functions: Vec::new(),
             constants: Vec::new(),
+            module_options: Vec::new(),
             expressions: Default::default(),
         }
     }

@@ -4,7 +4,7 @@
 //! public item documented. A kernel's module reads bodies through `super` and by index only, so that any struct with
 //! indexable fields serves.
 
-use crate::bodies::{Parameter, ParameterType, Signature, Slot};
+use crate::bodies::{BodyRow, Parameter, ParameterType, Signature, Slot};
 use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
@@ -40,22 +40,8 @@ pub fn module(file: &File) -> String {
     for &precision in &file.precisions {
         let lanes = file.kernels.first().map_or(1, |kernel| kernel.lanes);
         for kind in kinds(file.kernels.iter().map(|kernel| &kernel.schedule.signature)) {
-            let row = kind.row();
-            let fields = row.fields.iter().map(|field| {
-                (
-                    field.name.to_owned(),
-                    format!("[{}; {}]", number(precision, lanes), field.length),
-                    field_summary(field).to_owned(),
-                )
-            });
             text.push('\n');
-            text.push_str(&structure(
-                &rust_body(row, precision, lanes),
-                row.summary,
-                fields.collect(),
-                true,
-                "",
-            ));
+            text.push_str(&body_type(kind.row(), precision, lanes));
         }
     }
     for kernel in &file.kernels {
@@ -65,6 +51,14 @@ pub fn module(file: &File) -> String {
         }
     }
     text
+}
+
+/// A body type.
+pub(crate) fn body_type(row: &BodyRow, precision: Precision, lanes: usize) -> String {
+    let entries = |length| format!("[{}; {length}]", number(precision, lanes));
+    let fields = row.fields.iter();
+    let fields = fields.map(|f| (f.name.to_owned(), entries(f.length), field_summary(f).to_owned()));
+    structure(&rust_body(row, precision, lanes), row.summary, fields.collect(), true, "")
 }
 
 /// The module of one kernel, which reads its body types through `super`.

@@ -90,6 +90,15 @@ impl Big {
         !self.0.is_nan() && !self.0.is_inf()
     }
 
+    /// Less than zero, zero, or neither.
+    pub(crate) fn sign(&self) -> Ordering {
+        match (self.is_zero(), self.is_negative()) {
+            (true, _) => Ordering::Equal,
+            (_, true) => Ordering::Less,
+            _ => Ordering::Greater,
+        }
+    }
+
     pub(crate) fn is_negative(&self) -> bool {
         self.0.is_negative() && !self.0.is_zero()
     }

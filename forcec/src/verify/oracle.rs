@@ -14,6 +14,7 @@ use super::states::State;
 use crate::bodies::{Role, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::outputs::Part;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 /// Steps are 2 to the minus this.
@@ -70,7 +71,8 @@ pub(crate) struct Point<'o, 'd> {
     jacobian: Vec<Vec<Big>>,
     /// λ; 1 for an energy.
     multipliers: Vec<Big>,
-    activity: Vec<bool>,
+    /// Less where a row pushes, greater where it does nothing.
+    activity: Vec<Ordering>,
     /// F.
     pub(crate) force: Vec<Big>,
     /// The size of what truncation and rounding leave in F and its derivatives, at most.
@@ -277,28 +279,32 @@ impl<'d> Oracle<'d> {
         (gain(parameters - 2), gain(parameters - 1))
     }
 
-    /// λ of every row, and whether it pushes.
+    /// λ of every row, and whether it pushes, stands on the switch, or does nothing.
     fn multipliers(
         &self,
         inputs: &[Big],
         rows: &[Big],
         jacobian: &[Vec<Big>],
         velocities: &[Big],
-    ) -> (Vec<Big>, Vec<bool>) {
+    ) -> (Vec<Big>, Vec<Ordering>) {
         let mut multipliers = Vec::new();
         let mut activity = Vec::new();
         for (row, c) in rows.iter().enumerate() {
             let Statement::Constraint { unilateral, .. } = self.law else {
                 multipliers.push(Big::integer(1));
-                activity.push(true);
+                activity.push(Ordering::Less);
                 continue;
             };
             let (stiffness, damping) = self.gains(inputs, row);
             let rate = inner(&jacobian[row], velocities);
             let multiplier = stiffness * c.clone() + damping * rate;
-            let active = !unilateral || c.is_negative() && multiplier.is_negative();
-            multipliers.push(if active { multiplier } else { Big::zero() });
-            activity.push(active);
+            let side = match (unilateral, c.sign()) {
+                (true, Ordering::Less) => multiplier.sign(),
+                (true, side) => side,
+                (false, _) => Ordering::Less,
+            };
+            multipliers.push(if side == Ordering::Less { multiplier } else { Big::zero() });
+            activity.push(side);
         }
         (multipliers, activity)
     }

@@ -9,7 +9,8 @@ use crate::bodies::Slot;
 use crate::exact::Exact;
 use crate::number::Number;
 use crate::ops::{Function, FunctionDomain};
-use crate::vector::{Comparison, Graph, Node};
+use crate::vector::{Comparison, Graph, Node, Real};
+use std::cmp::Ordering;
 
 /// What a node is worth.
 #[derive(Clone, Debug)]
@@ -216,8 +217,9 @@ impl<'g, N: Number> Source<'g, N> {
             let value = self.value(step, &values, point);
             values.crossed |= match (&value, before.at(index)) {
                 (Value::Truth(now), Value::Truth(then)) => now != then,
-                _ => self.choice(step.node, &values) != self.choice(step.node, before),
+                _ => false,
             };
+            values.crossed |= self.side(step.node, &values) != self.side(step.node, before);
             values.own[index] = Some(value);
             if values.edges.contains(&index) {
                 values.at_edge |= self.arguments_moved(step.node, before, &values);
@@ -264,16 +266,22 @@ impl<'g, N: Number> Source<'g, N> {
         })
     }
 
-    /// Which way a function of two branches goes.
-    fn choice(&self, node: &Node, values: &Values<N>) -> Option<bool> {
-        let Node::Call(function, arguments) = node else { return None };
-        let real = |k: usize| self.get(values, arguments[k].index()).real();
-        match function {
-            Function::Abs | Function::Signum => {
-                Some(N::holds(Comparison::Less, real(0), &N::exact(&Exact::ZERO)))
-            }
-            Function::Min | Function::Max => Some(N::holds(Comparison::Less, real(0), real(1))),
-            _ => None,
+    /// Which side of its switch a comparison or a function of two branches stands on. On the switch itself is a side of its
+    /// own: what moves off it has another derivative on each side, and either is right.
+    fn side(&self, node: &Node, values: &Values<N>) -> Option<Ordering> {
+        let real = |x: Real| self.get(values, x.index()).real();
+        let zero = N::exact(&Exact::ZERO);
+        let (x, y) = match node {
+            Node::Call(Function::Abs | Function::Signum, arguments) => (real(arguments[0]), &zero),
+            Node::Call(Function::Min | Function::Max, arguments) => (real(arguments[0]), real(arguments[1])),
+            Node::Compare(_, x, y) => (real(*x), real(*y)),
+            _ => return None,
+        };
+        let holds = |comparison| N::holds(comparison, x, y);
+        match (holds(Comparison::LessEqual), holds(Comparison::Equal)) {
+            (true, false) => Some(Ordering::Less),
+            (_, true) => Some(Ordering::Equal),
+            (false, _) => Some(Ordering::Greater),
         }
     }
 

@@ -1,0 +1,316 @@
+//! Scene files: which force functions a program uses, and how.
+//!
+//! In: a TOML file that names force functions, what is fixed and constant in them, and the integrator that consumes their
+//! kernels. Out: exactly these kernels, compiled, each once; or messages at places in the scene or in its force files.
+
+mod read;
+
+use super::{Failure, Progress, colour, complain};
+use crate::bodies::Parameter;
+use crate::check::check;
+use crate::compile::{self, Compiled, Stages};
+use crate::definition::Definition;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::files::{self, Unit};
+use crate::layouts::Layout;
+use crate::options::{Choice, Request, one_of};
+use crate::outputs::Part;
+use crate::span::{Source, Span};
+use crate::suggest;
+use crate::syntax::{self, ast};
+use read::{Entry, Stated};
+use std::path::{Path, PathBuf};
+
+/// The kernels of a scene.
+pub(super) struct Scene {
+    /// Where they are written.
+    pub(super) out: PathBuf,
+    /// What is printed.
+    pub(super) request: Request,
+    /// The kernels, by force file.
+    pub(super) units: Vec<Unit>,
+    /// What the kernels are beside those of everything, in the order of the kernels.
+    pub(super) full: Vec<Full>,
+    /// Functions of the force files of which no kernel is wanted.
+    pub(super) left_out: Vec<String>,
+    /// How many kernels were asked for more than once.
+    pub(super) again: usize,
+}
+
+/// The full kernel that one of a scene stands for.
+pub(super) struct Full {
+    /// Its operations, and the entries it writes; none if another kernel of the scene stands for it already.
+    pub(super) cost: Option<(usize, usize)>,
+}
+
+/// A force file, read and checked.
+struct Force {
+    path: PathBuf,
+    file: ast::File,
+    definitions: Vec<Definition>,
+    kernels: Vec<Stages>,
+    full: Vec<Full>,
+}
+
+/// Reads a scene, and compiles what it needs.
+pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::Input(format!("error: cannot read `{}`: {error}", path.display())))?;
+    let source = Source::new(path.to_string_lossy().replace('\\', "/"), text);
+    let refuse = |errors: Diagnostics| Failure::Input(errors.render(colour()));
+    let scene = read::read(&source).map_err(refuse)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut forces = forces(&scene.forces, folder, &source)?;
+    let mut errors = Vec::new();
+    let mut asked: Vec<(usize, String, Request, Span)> = Vec::new();
+    let mut again = 0;
+    let progress = Progress::new(scene.entries.len());
+    let mut failures: Vec<String> = Vec::new();
+    for entry in &scene.entries {
+        let (name, at) = &entry.function;
+        progress.step(name);
+        let Some((index, at_definition)) = find(&forces, name, *at, &mut errors) else { continue };
+        let force = &mut forces[index];
+        let definition = &force.definitions[at_definition];
+        let before = errors.len();
+        errors.extend(entry.options.iter().flat_map(|stated| misfits(definition, stated, entry)));
+        let fitting = scene.options.iter().map(|stated| fitting(&stated.choice, definition));
+        let fitting: Vec<Choice> = fitting.flatten().collect();
+        let own: Vec<&Choice> =
+            force.file.function(name).map_or_else(Vec::new, |own| own.choices().collect());
+        let stated = Request::default().with(own).with(&fitting);
+        let stated = stated.with(entry.options.iter().map(|stated| &stated.choice));
+        let needs: Vec<(&[Part], Layout)> = match entry.integrator.needs {
+            [] => vec![(&stated.outputs, stated.layout)],
+            needs => needs.to_vec(),
+        };
+        if errors.len() > before {
+            continue;
+        }
+        for (number, (outputs, layout)) in needs.into_iter().enumerate() {
+            let request = Request { outputs: outputs.to_vec(), layout, settled: true, ..stated.clone() };
+            if let Some((message, help)) = request.conflict() {
+                errors.push(Diagnostic::error(*at, message, "of this kernel").help(help));
+                continue;
+            }
+            let mut kernel = match compile::compile_file(&force.file, &|own| own == name, request.clone()) {
+                Ok(compiled) => compiled.functions,
+                Err(wrong) => {
+                    failures.push(wrong.render(colour()));
+                    continue;
+                }
+            };
+            let Some(mut kernel) = kernel.pop() else { continue };
+            if let Some(own) = &entry.name {
+                kernel.kernel.name = format!("{own}{}", layout.suffix(request.lanes));
+            }
+            let title = kernel.kernel.name.clone();
+            match asked.iter().find(|(_, other, ..)| *other == title) {
+                Some((other, _, earlier, _)) if *other == index && *earlier == request => again += 1,
+                Some(_) => errors.push(
+                    Diagnostic::error(*at, format!("two kernels are named `{title}`"), "the second of them")
+                        .help("give one of them a name, `name = \"…\"`"),
+                ),
+                None => {
+                    asked.push((index, title, request.clone(), *at));
+                    let cost = (number == 0).then(|| cost_of_full(&force.file, name, &request)).flatten();
+                    force.full.push(Full { cost });
+                    force.kernels.push(kernel);
+                }
+            }
+        }
+    }
+    drop(progress);
+    let definitions = || forces.iter().flat_map(|force| &force.definitions);
+    errors.extend(scene.options.iter().flat_map(|stated| nowhere(stated, definitions())));
+    if !errors.is_empty() {
+        failures.insert(0, Diagnostics::new(source, errors).render(colour()));
+    }
+    if !failures.is_empty() {
+        return Err(Failure::Input(failures.join("\n\n")));
+    }
+    let wanted: Vec<&str> = scene.entries.iter().map(|entry| entry.function.0.as_str()).collect();
+    let left_out = definitions().map(|definition| definition.name.clone());
+    let left_out = left_out.filter(|name| !wanted.contains(&name.as_str())).collect();
+    let request = Request::default().with(scene.options.iter().map(|stated| &stated.choice));
+    let mut full = Vec::new();
+    let mut units = Vec::new();
+    for force in forces {
+        full.extend(force.full);
+        let names = force.definitions.into_iter().map(|definition| definition.name).collect();
+        let (source, docs) = (force.file.source.clone(), force.file.docs());
+        let compiled = Compiled { source, docs, names, functions: force.kernels, warnings: Vec::new() };
+        units.push(Unit { path: force.path, compiled });
+    }
+    let duplicates = files::duplicates(&units);
+    if !duplicates.is_empty() {
+        return Err(Failure::Input(duplicates.join("\n\n")));
+    }
+    Ok(Scene { out: folder.join(&scene.out), request, units, full, left_out, again })
+}
+
+/// Reads and checks the force files; warnings are printed.
+fn forces(named: &[(String, Span)], folder: &Path, source: &Source) -> Result<Vec<Force>, Failure> {
+    let mut missing = Vec::new();
+    for (path, at) in named.iter().filter(|(path, _)| !folder.join(path).exists()) {
+        let shown = folder.join(path);
+        let error = Diagnostic::error(
+            *at,
+            format!("no force file `{path}`"),
+            format!("`{}` is not there", shown.display()),
+        );
+        missing.push(error.help("paths count from the folder of the scene"));
+    }
+    if !missing.is_empty() {
+        return Err(Failure::Input(Diagnostics::new(source.clone(), missing).render(colour())));
+    }
+    let paths: Vec<PathBuf> = named.iter().map(|(path, _)| folder.join(path)).collect();
+    let found = files::read_all(&paths);
+    let mut errors = found.errors;
+    let mut forces = Vec::new();
+    for (path, source) in found.sources {
+        let checked = syntax::parse(&source).and_then(|file| Ok((check(&file)?, file)));
+        match checked {
+            Ok((checked, file)) => {
+                if !checked.warnings.is_empty() {
+                    let warnings = Diagnostics::new(source, checked.warnings);
+                    complain(&(warnings.render(colour()) + "\n"));
+                }
+                let definitions = checked.definitions;
+                forces.push(Force { path, file, definitions, kernels: Vec::new(), full: Vec::new() });
+            }
+            Err(wrong) => errors.push(wrong.render(colour())),
+        }
+    }
+    if errors.is_empty() { Ok(forces) } else { Err(Failure::Input(errors.join("\n\n"))) }
+}
+
+/// The force function of this name: its file, and its place there.
+fn find(forces: &[Force], name: &str, at: Span, errors: &mut Vec<Diagnostic>) -> Option<(usize, usize)> {
+    let all = forces.iter().enumerate().flat_map(|(index, force)| {
+        force
+            .definitions
+            .iter()
+            .enumerate()
+            .map(move |(at, definition)| (index, at, definition.name.as_str()))
+    });
+    let found: Vec<(usize, usize)> =
+        all.clone().filter(|(.., own)| *own == name).map(|(index, at, _)| (index, at)).collect();
+    match found.as_slice() {
+        [one] => return Some(*one),
+        [] => {
+            let names: Vec<&str> = all.map(|(.., own)| own).collect();
+            let help = suggest::did_you_mean(name, names.iter().copied())
+                .unwrap_or_else(|| format!("write {}", one_of(&names)));
+            let error = Diagnostic::error(
+                at,
+                format!("no force function `{name}`"),
+                "none of the force files has it",
+            );
+            errors.push(error.help(help));
+        }
+        several => {
+            let files: Vec<String> =
+                several.iter().map(|(index, _)| forces[*index].path.display().to_string()).collect();
+            let label = format!("it stands in {}", files.join(" and in "));
+            let error =
+                Diagnostic::error(at, format!("`{name}` is the name of several force functions"), label);
+            errors.push(error.help("rename one of them"));
+        }
+    }
+    None
+}
+
+/// What is known of a function by names that are none of its own, or by values that do not fit.
+fn misfits(definition: &Definition, stated: &Stated, entry: &Entry) -> Vec<Diagnostic> {
+    let Choice::Known(known) = &stated.choice else { return Vec::new() };
+    let mut errors = Vec::new();
+    let own = |what: &str| -> Vec<String> { names(definition, what, entry) };
+    let wanted = known.fixed.iter().map(|name| ("body", name));
+    let wanted = wanted.chain(known.set.iter().map(|(name, _)| ("parameter", name)));
+    for ((what, name), place) in wanted.zip(&stated.places) {
+        let own = own(what);
+        let own: Vec<&str> = own.iter().map(String::as_str).collect();
+        if !own.contains(&name.as_str()) {
+            let label = format!("`{}` has no such {what}", definition.name);
+            let help =
+                suggest::did_you_mean(name, own.iter().copied()).unwrap_or_else(|| match own.as_slice() {
+                    [] => "leave it out".to_owned(),
+                    own => format!("write {}", one_of(own)),
+                });
+            errors.push(Diagnostic::error(*place, format!("no {what} `{name}`"), label).help(help));
+        }
+        let parameter = definition.graph.signature.parameters.iter().find(|own| own.name == *name);
+        let fits = parameter.map(|parameter: &Parameter| known.give(&mut parameter.clone()));
+        if let Some(Err(message)) = fits {
+            errors.push(Diagnostic::error(*place, message, format!("set here for `{}`", definition.name)));
+        }
+    }
+    let moves = |name: &String| !known.fixed.contains(name);
+    let bodies = &definition.graph.signature.bodies;
+    if errors.is_empty() && !bodies.iter().any(|body| moves(&body.name)) {
+        let message = format!("no body of `{}` moves", definition.name);
+        errors.push(Diagnostic::error(stated.span, message, "all of them are fixed").help("leave one free"));
+    }
+    errors
+}
+
+/// The bodies or parameters of a function, and what its kernels take beside.
+fn names(definition: &Definition, what: &str, entry: &Entry) -> Vec<String> {
+    let signature = &definition.graph.signature;
+    if what == "body" {
+        return signature.bodies.iter().map(|body| body.name.clone()).collect();
+    }
+    let layout = entry.options.iter().find_map(|stated| match &stated.choice {
+        Choice::Layout(layout) => Some(*layout),
+        _ => None,
+    });
+    let layouts = entry.integrator.needs.iter().map(|(_, layout)| *layout).chain(layout);
+    let parts = layouts.filter_map(|layout| layout.row().computes).flatten().copied().collect::<Vec<Part>>();
+    let extras = Part::extras(&parts).into_iter().map(|extra| extra.parameter(signature).name);
+    signature.parameters.iter().map(|parameter| parameter.name.clone()).chain(extras).collect()
+}
+
+/// What of an option of the whole scene fits a function.
+fn fitting(choice: &Choice, definition: &Definition) -> Option<Choice> {
+    let Choice::Known(known) = choice else { return Some(choice.clone()) };
+    let signature = &definition.graph.signature;
+    let mut known = known.clone();
+    known.fixed.retain(|name| signature.bodies.iter().any(|body| body.name == *name));
+    Some(Choice::Known(known))
+}
+
+/// An error for each name of an option of the whole scene that no function has.
+fn nowhere<'d>(
+    stated: &Stated,
+    definitions: impl Iterator<Item = &'d Definition> + Clone,
+) -> Vec<Diagnostic> {
+    let Choice::Known(known) = &stated.choice else { return Vec::new() };
+    let signatures = definitions.map(|definition| &definition.graph.signature);
+    let bodies: Vec<&str> =
+        signatures.clone().flat_map(|signature| &signature.bodies).map(|body| body.name.as_str()).collect();
+    let parameters = signatures.flat_map(|signature| &signature.parameters).map(|p| p.name.as_str());
+    let parameters: Vec<&str> = parameters.chain(["step"]).collect();
+    let wanted = known.fixed.iter().map(|name| ("body", name, &bodies));
+    let wanted = wanted.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
+    let unknown = wanted.zip(&stated.places).filter(|((_, name, names), _)| !names.contains(&name.as_str()));
+    let error = |((what, name, names), place): ((&str, &String, &Vec<&str>), &Span)| {
+        let label = "none of the force functions has it";
+        let error = Diagnostic::error(*place, format!("no {what} `{name}`"), label);
+        Diagnostic { help: suggest::did_you_mean(name, names.iter().copied()), ..error }
+    };
+    unknown.map(error).collect()
+}
+
+/// Operations and entries of the dense kernel of everything, made in the same mode.
+fn cost_of_full(file: &ast::File, name: &str, request: &Request) -> Option<(usize, usize)> {
+    let full = Request { plan: request.plan, settled: true, ..Request::default() };
+    let compiled = compile::compile_file(file, &|own| own == name, full).ok()?;
+    compiled.functions.first().map(|full| (full.kernel.schedule.operations().total(), entries(full)))
+}
+
+/// The entries that a kernel writes.
+pub(super) fn entries(function: &Stages) -> usize {
+    let schedule = &function.kernel.schedule;
+    schedule.parts.iter().map(|part| part.length(&schedule.signature)).sum()
+}
