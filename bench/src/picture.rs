@@ -42,7 +42,7 @@ pub fn picture(scene: &Scene, energies: &[f64], h: f64) -> String {
 /// Edges of boxes and lines between particles.
 fn lines(scene: &Scene) -> Vec<[Vec3; 2]> {
     let mut lines = Vec::new();
-    for (&body, half) in scene.bodies.iter().zip(&scene.boxes) {
+    for (&body, half) in scene.bodies.iter().zip(&scene.look.boxes) {
         let state = scene.world.rigid(body).expect("a rigid body with a box");
         let corner = |k: usize| {
             let sign = |bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -54,8 +54,11 @@ fn lines(scene: &Scene) -> Vec<[Vec3; 2]> {
                 .extend([1, 2, 4].iter().filter(|&bit| k & bit == 0).map(|bit| [corner(k), corner(k | bit)]));
         }
     }
-    for &(a, b) in &scene.edges {
-        lines.push([a, b].map(|body| scene.world.position(body).expect("a particle of the scene")));
+    for &[a, b, c] in &scene.look.triangles {
+        lines.extend(
+            [[a, b], [b, c], [c, a]]
+                .map(|ends| ends.map(|body| scene.world.position(body).expect("a particle of the scene"))),
+        );
     }
     lines
 }

@@ -1,7 +1,8 @@
 //! `run SCENE`: a scene through time, with a report on a line, and its trajectories and a picture as files.
 
 use crate::picture::picture;
-use crate::scenes::{SCENES, Scene};
+use crate::scenes::{Row, SCENES, Scene};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use forcec_runtime::{Integrator, Solver};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -11,19 +12,20 @@ use std::time::{Duration, Instant};
 /// What to run, and what to write.
 #[derive(clap::Args, Debug)]
 pub struct Options {
-    /// One of c10, ben25, ben25-free, t-handle, cloth, bar.
-    scene: String,
+    /// What is stepped.
+    #[arg(value_parser = scenes())]
+    scene: &'static Row,
     /// The step, s, in place of the scene's own; `1/60` is a number too.
     #[arg(long, value_parser = fraction)]
     step: Option<f64>,
     /// How long, s.
     #[arg(long)]
     time: Option<f64>,
-    /// One of linearly-implicit-euler, paper-euler, sdirk2, rodas4, symplectic-euler, runge-kutta4.
-    #[arg(long, value_parser = integrator)]
+    /// The method of integration.
+    #[arg(long, value_parser = among(&INTEGRATORS))]
     integrator: Option<Integrator>,
-    /// One of automatic, direct, conjugate-gradients, bicgstab, cgs, bicg.
-    #[arg(long, value_parser = solver)]
+    /// The method for linear systems.
+    #[arg(long, value_parser = among(&SOLVERS))]
     solver: Option<Solver>,
     /// Writes a row a step: time, energy, gap, rejected steps, and the position of every body.
     #[arg(long, value_name = "FILE")]
@@ -55,18 +57,19 @@ const SOLVERS: [(&str, Solver); 6] = [
     ("bicg", Solver::BiCg),
 ];
 
-fn integrator(name: &str) -> Result<Integrator, String> {
-    choose(name, &INTEGRATORS)
+/// A name that stands in a table, for what stands beside it.
+fn among<T: Copy + Send + Sync + 'static>(
+    table: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(table.iter().map(|(name, _)| *name))
+        .map(|chosen| table.iter().find(|(name, _)| *name == chosen).expect("a name of the table").1)
 }
 
-fn solver(name: &str) -> Result<Solver, String> {
-    choose(name, &SOLVERS)
-}
-
-fn choose<T: Copy>(name: &str, table: &[(&str, T)]) -> Result<T, String> {
-    let known: Vec<&str> = table.iter().map(|(name, _)| *name).collect();
-    let found = table.iter().find(|(known, _)| *known == name);
-    found.map(|(_, value)| *value).ok_or_else(|| format!("none of {}", known.join(", ")))
+/// The name of a scene.
+fn scenes() -> impl TypedValueParser<Value = &'static Row> {
+    let names = SCENES.iter().map(|(name, about, _)| PossibleValue::new(*name).help(*about));
+    PossibleValuesParser::new(names)
+        .map(|chosen| SCENES.iter().find(|(name, ..)| *name == chosen).expect("a name of the table"))
 }
 
 /// A number, or one over another.
@@ -81,11 +84,7 @@ fn fraction(text: &str) -> Result<f64, String> {
 
 /// Runs a scene.
 pub fn run(options: &Options) -> Result<(), String> {
-    let names: Vec<&str> = SCENES.iter().map(|(name, ..)| *name).collect();
-    let (name, about, make) = SCENES
-        .iter()
-        .find(|(name, ..)| *name == options.scene)
-        .ok_or_else(|| format!("no scene `{}`; there are {}", options.scene, names.join(", ")))?;
+    let (name, about, make) = options.scene;
     let mut scene = make();
     let settings = &mut scene.world.settings;
     settings.integrator = options.integrator.unwrap_or(settings.integrator);
