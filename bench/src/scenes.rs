@@ -48,6 +48,8 @@ pub struct Look {
     pub boxes: Vec<[f64; 3]>,
     /// Triangles between particles.
     pub triangles: Vec<[Body; 3]>,
+    /// Where something is pinned to the world, m.
+    pub pins: Vec<Vec3>,
     /// The ground, if there is one.
     pub ground: Option<Ground>,
 }
@@ -116,6 +118,17 @@ impl Scene {
 
     /// Adds a body that stays where it is.
     pub fn pin(&mut self, position: Vec3) -> Body {
+        self.look.pins.push(position);
+        self.fixed(position)
+    }
+
+    /// The same, as the ground.
+    fn ground(&mut self, ground: Ground) -> Body {
+        self.look.ground = Some(ground);
+        self.fixed(Vec3::zeros())
+    }
+
+    fn fixed(&mut self, position: Vec3) -> Body {
         let state = Rigid { position, ..Rigid::default() };
         self.world.add_rigid(state, Motion::Kinematic).expect("a sound pin")
     }
@@ -135,9 +148,12 @@ impl Scene {
     fn particle(&mut self, position: Vec3, motion: Motion<f64>) -> Body {
         let state = Particle { position, ..Particle::default() };
         let body = self.world.add_particle(state, motion).expect("a sound particle");
-        if let Motion::Dynamic(mass, _) = motion {
-            self.bodies.push(body);
-            self.masses.push(mass);
+        match motion {
+            Motion::Dynamic(mass, _) => {
+                self.bodies.push(body);
+                self.masses.push(mass);
+            }
+            Motion::Kinematic => self.look.pins.push(position),
         }
         body
     }

@@ -1,6 +1,6 @@
 //! Boxes that touch each other and the ground.
 
-use super::{Ground, Look, Scene, box_inertia};
+use super::{Ground, Scene, box_inertia};
 use forcec_runtime::Sleep;
 use forcec_runtime::collision::Surface;
 use forcec_runtime::collision::parry::math::{Pose, Rotation, Vector};
@@ -12,8 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 /// Cubes of 1 m and 1000 kg on a plane, the top one `top` times as heavy.
 pub fn stack(count: usize, top: f64) -> Scene {
     let mut scene = Scene::new(5.0, 1.0 / 240.0);
-    scene.look = Look { ground: Some(Ground { half: 3.0, height: |_, _| 0.0 }), ..Look::default() };
-    let ground = scene.pin(Vec3::zeros());
+    let ground = scene.ground(Ground { half: 3.0, height: |_, _| 0.0 });
     scene.shape(ground, SharedShape::halfspace(Vector::Z), Surface::default());
     for k in 0..count {
         let mass = if k + 1 == count { top } else { 1.0 } * 1e3;
@@ -39,7 +38,6 @@ pub fn rubble(boxes: usize) -> Scene {
     let mut scene = Scene::new(15.0, 1.0 / 120.0);
     scene.world.settings.sleep = Some(Sleep { speed: 0.05, time: 0.5 });
     let half = 0.5 * CELLS as f64 * WIDTH;
-    scene.look = Look { ground: Some(Ground { half, height: bowl }), ..Look::default() };
 
     // The rows of a height field run along z, its columns along x, its heights along y.
     let place = |k: usize| k as f64 * WIDTH - half;
@@ -47,7 +45,7 @@ pub fn rubble(boxes: usize) -> Scene {
     let heights = Array2::new(CELLS + 1, CELLS + 1, heights);
     let size = Vector::new(2.0 * half, 1.0, 2.0 * half);
     let field = SharedShape::heightfield_with_flags(heights, size, HeightFieldFlags::FIX_INTERNAL_EDGES);
-    let ground = scene.pin(Vec3::zeros());
+    let ground = scene.ground(Ground { half, height: bowl });
     let upright = Pose::from_parts(Vector::ZERO, Rotation::from_rotation_x(FRAC_PI_2));
     scene.collisions.get_or_insert_default().add_at(ground, upright, field, ROUGH);
 
