@@ -6,11 +6,13 @@ pub mod catalogue;
 pub mod count;
 pub mod kernels;
 pub mod layouts;
+pub mod machine;
 pub mod peers;
 pub mod picture;
 pub mod precision;
 pub mod run;
 pub mod scenes;
+pub mod work_precision;
 
 use forcec::compile::{Compiled, compile};
 use forcec::span::Source;

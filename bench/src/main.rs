@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 use forcec_bench::catalogue::{self, CASES};
 use forcec_bench::precision::{self, PROBLEMS, STEPS};
 use forcec_bench::run::{self, Options};
+use forcec_bench::work_precision;
 use std::process::ExitCode;
 
 /// Scenes through time, and how stable they are.
@@ -26,6 +27,8 @@ enum Command {
         #[arg(long)]
         quick: bool,
     },
+    /// Time of a simulated second against error at the end, a curve an integrator, beside peers.
+    WorkPrecision(work_precision::Options),
     /// Tries the cases of the stability catalogue and prints a table.
     Catalogue {
         /// Numbers of cases; all if there are none.
@@ -38,13 +41,8 @@ enum Command {
 
 fn main() -> ExitCode {
     match Arguments::parse().command {
-        Command::Run(options) => match run::run(&options) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                eprintln!("error: {message}");
-                ExitCode::from(2)
-            }
-        },
+        Command::Run(options) => answer(run::run(&options)),
+        Command::WorkPrecision(options) => answer(work_precision::run(&options)),
         Command::Precision { problems, quick } => {
             let chosen = |name: &str| problems.is_empty() || problems.iter().any(|own| own == name);
             let steps = if quick { &STEPS[1..3] } else { &STEPS[..] };
@@ -64,6 +62,16 @@ fn main() -> ExitCode {
                 println!("{}", catalogue::row(case, &verdict));
             }
             ExitCode::from(u8::from(failed))
+        }
+    }
+}
+
+fn answer(result: Result<(), String>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
         }
     }
 }

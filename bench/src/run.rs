@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 #[derive(clap::Args, Debug)]
 pub struct Options {
     /// What is stepped.
-    #[arg(value_parser = scenes())]
+    #[arg(value_parser = named(&SCENES, |row| (row.0, row.1)))]
     scene: &'static Row,
     /// The step, s, in place of the scene's own; `1/60` is a number too.
     #[arg(long, value_parser = fraction)]
@@ -66,11 +66,14 @@ fn among<T: Copy + Send + Sync + 'static>(
         .map(|chosen| table.iter().find(|(name, _)| *name == chosen).expect("a name of the table").1)
 }
 
-/// The name of a scene.
-fn scenes() -> impl TypedValueParser<Value = &'static Row> {
-    let names = SCENES.iter().map(|(name, about, _)| PossibleValue::new(*name).help(*about));
+/// A name that stands in a table of rows, for the row.
+pub(crate) fn named<T: Sync>(
+    table: &'static [T],
+    name: fn(&T) -> (&'static str, &'static str),
+) -> impl TypedValueParser<Value = &'static T> {
+    let names = table.iter().map(name).map(|(name, about)| PossibleValue::new(name).help(about));
     PossibleValuesParser::new(names)
-        .map(|chosen| SCENES.iter().find(|(name, ..)| *name == chosen).expect("a name of the table"))
+        .map(move |chosen| table.iter().find(|row| name(row).0 == chosen).expect("a name of the table"))
 }
 
 /// A number, or one over another.

@@ -2,9 +2,9 @@
 //! and by peers. `bench/README.md` says how to read the table.
 
 use forcec_bench::kernels::{FLAGS, Plan, RUST_FLAGS, Row, STATES, measure};
-use forcec_bench::peers;
+use forcec_bench::{machine, peers};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 const USAGE: &str = "usage: kernels [--rounds N] [--flags \"FLAGS OF GCC\"] [--peers DIR] [--csv FILE] \
                      [--document FILE] [KERNEL …]";
@@ -86,21 +86,13 @@ fn answer(Request { plan, csv, document }: &Request) -> Result<(), String> {
 
 /// The machine, the date, the versions and flags.
 fn setting(plan: &Plan) -> String {
-    let first = |program: &str, arguments: &[&str]| {
-        let output = Command::new(program).args(arguments).output().map(|output| output.stdout);
-        let text = String::from_utf8_lossy(&output.unwrap_or_default()).into_owned();
-        text.lines().next().unwrap_or("unknown").trim().to_owned()
-    };
-    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let cpu = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let mut versions: Vec<String> =
         plan.peers.iter().map(|peer| format!("{} {}", peer.name, peer.version)).collect();
     versions.sort();
     versions.dedup();
-    let mut text =
-        format!("{}; {}\n", cpu.map_or("unknown processor", |(_, name)| name), first("date", &["+%F"]));
-    text += &format!("{}: {}\n", first("gcc", &["--version"]), plan.flags.join(" "));
-    text += &format!("{}: {RUST_FLAGS}\n", first("rustc", &["--version"]));
+    let mut text = format!("{}\n", machine::machine());
+    text += &format!("{}: {}\n", machine::first_line("gcc", &["--version"]), plan.flags.join(" "));
+    text += &format!("{}: {RUST_FLAGS}\n", machine::rustc());
     if !versions.is_empty() {
         text += &format!("{}\n", versions.join(", "));
     }

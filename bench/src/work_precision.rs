@@ -1,0 +1,94 @@
+//! `work-precision`: what a simulated second costs, against how far from the truth it ends, a curve an integrator.
+//!
+//! In: scenes whose end is known, and what peers measured. Out: points, as tables, CSV and log-log plots. The error is the
+//! root of the mean square distance of all bodies, at the end, from a reference; of robots that turn freely it is the
+//! largest change of a robot's energy. A point that is not usable stays, and is shown as such.
+
+mod measure;
+pub mod peers;
+mod plot;
+mod problems;
+mod tables;
+
+pub use measure::{Measured, Point, State, measure};
+pub use problems::{PROBLEMS, Problem};
+
+use crate::machine;
+use crate::run::named;
+use std::path::{Path, PathBuf};
+
+/// What to measure, and what to write.
+#[derive(clap::Args, Debug)]
+pub struct Options {
+    /// Scenes; all if there are none.
+    #[arg(value_parser = named(&PROBLEMS, |problem| (problem.name, problem.about)))]
+    problems: Vec<&'static Problem>,
+    /// Two steps and two tolerances, once each.
+    #[arg(long)]
+    quick: bool,
+    /// Points that would take longer than this are left out, s.
+    #[arg(long, default_value_t = 5.0)]
+    budget: f64,
+    /// Writes all points of a scene into a file there.
+    #[arg(long, value_name = "DIR")]
+    csv: Option<PathBuf>,
+    /// Writes a plot of each scene there.
+    #[arg(long, value_name = "DIR")]
+    svg: Option<PathBuf>,
+    /// Reads what `bench/peers/simulations.sh` measured there.
+    #[arg(long, value_name = "DIR")]
+    peers: Option<PathBuf>,
+    /// Prints the tables between the marks of a document, and links to the plots.
+    #[arg(long, value_name = "FILE")]
+    document: Option<PathBuf>,
+}
+
+/// Measures, and writes what is asked for.
+pub fn run(options: &Options) -> Result<(), String> {
+    let peers = options.peers.as_deref().map(peers::read).transpose()?.unwrap_or_default();
+    let chosen: Vec<&Problem> =
+        if options.problems.is_empty() { PROBLEMS.iter().collect() } else { options.problems.clone() };
+    for folder in options.csv.iter().chain(&options.svg) {
+        std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    let mut setting = format!("{}\n{}\n", machine::machine(), machine::rustc());
+    let versions = peers::versions(&peers);
+    setting += &if versions.is_empty() { String::new() } else { format!("{}\n", versions.join(", ")) };
+    println!("{setting}");
+
+    let mut blocks = vec![("work-setting".to_owned(), format!("```text\n{setting}```\n"))];
+    let mut all = Vec::new();
+    for problem in chosen {
+        let measured = measure(problem, &peers, options.quick, options.budget);
+        let mut text = tables::table(problem, &measured);
+        println!("{}: {}\n\n{text}", problem.name, problem.about);
+        let name = problem.name;
+        if let Some(folder) = &options.csv {
+            write(&folder.join(format!("{name}.csv")), &tables::csv(problem, &measured))?;
+        }
+        if let Some(folder) = &options.svg {
+            let path = folder.join(format!("{name}.svg"));
+            write(&path, &plot::plot(problem, &measured))?;
+            let near = options.document.as_deref().and_then(Path::parent);
+            let link = near.and_then(|near| path.strip_prefix(near).ok()).unwrap_or(&path).display();
+            text += &format!("\n![{}: time against error]({link})\n", problem.about);
+        }
+        blocks.push((format!("work-{name}"), text));
+        all.push((problem, measured));
+    }
+    if let Some(text) = tables::beside(&all) {
+        println!("{text}");
+        blocks.push(("work-beside".to_owned(), text));
+    }
+    if let Some(path) = &options.document {
+        let old = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let blocks: Vec<(&str, String)> =
+            blocks.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
+        write(path, &crate::peers::print_into(&old, &blocks)?)?;
+    }
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
+}
