@@ -13,7 +13,7 @@ import numpy
 GRAVITY = 9.81
 SIDE = 5
 # A run that would take longer than this is left out, s.
-PATIENCE = 15.0
+PATIENCE = 8.0
 STEPS = [1 / 30, 1 / 60, 1 / 120, 1 / 240, 1 / 480, 1e-3, 5e-4]
 # Of order four, and so fine that a coarser one does not matter: the first is the reference.
 REFERENCE = [1e-4, 2e-4]

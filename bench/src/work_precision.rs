@@ -22,25 +22,25 @@ use std::path::{Path, PathBuf};
 pub struct Options {
     /// Scenes; all if there are none.
     #[arg(value_parser = named(&PROBLEMS, |problem| (problem.name, problem.about)))]
-    problems: Vec<&'static Problem>,
+    pub problems: Vec<&'static Problem>,
     /// Two steps and two tolerances, once each.
     #[arg(long)]
-    quick: bool,
+    pub quick: bool,
     /// Points that would take longer than this are left out, s.
     #[arg(long, default_value_t = 5.0)]
-    budget: f64,
+    pub budget: f64,
     /// Writes all points of a scene into a file there.
     #[arg(long, value_name = "DIR")]
-    csv: Option<PathBuf>,
+    pub csv: Option<PathBuf>,
     /// Writes a plot of each scene there.
     #[arg(long, value_name = "DIR")]
-    svg: Option<PathBuf>,
+    pub svg: Option<PathBuf>,
     /// Reads what `bench/peers/simulations.sh` measured there.
     #[arg(long, value_name = "DIR")]
-    peers: Option<PathBuf>,
+    pub peers: Option<PathBuf>,
     /// Prints the tables between the marks of a document, and links to the plots.
     #[arg(long, value_name = "FILE")]
-    document: Option<PathBuf>,
+    pub document: Option<PathBuf>,
 }
 
 /// Measures, and writes what is asked for.

@@ -129,7 +129,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: falling,
         copies: 1,
         peers: None,
-        judged: end(|_| falling(), Integrator::RungeKutta4, [2e-4, 1e-4]),
+        judged: end(|_| falling(), Integrator::RungeKutta4, [4e-4, 2e-4]),
     },
     Problem {
         name: "bar",
@@ -137,7 +137,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || bar([20, 4, 4]),
         copies: 1,
         peers: None,
-        judged: end(|_| bar([20, 4, 4]), Integrator::RungeKutta4, [1e-4, 5e-5]),
+        judged: end(|_| bar([20, 4, 4]), Integrator::RungeKutta4, [4e-4, 2e-4]),
     },
 ];
 

@@ -33,7 +33,7 @@ struct Setting {
 const SIDE: usize = 5;
 const GRAVITY: f64 = 9.81;
 /// A run that would take longer than this is left out, s.
-const PATIENCE: f64 = 15.0;
+const PATIENCE: f64 = 8.0;
 
 /// The torque on a body and from it on its parent, about x where the second value is 0, else about y, N·m.
 fn torque(k: usize, link: &Link, time: f64) -> (f64, usize) {
@@ -64,7 +64,10 @@ fn links() -> Vec<Link> {
 }
 
 fn main() {
-    let folder = std::env::args().nth(1).expect("usage: rapier-peer FOLDER");
+    let Some(folder) = std::env::args().nth(1) else {
+        eprintln!("usage: rapier-peer FOLDER");
+        std::process::exit(2);
+    };
     let links = links();
     let impulse =
         |iterations| (format!("impulse joints × {iterations}"), Setting { multibody: false, iterations });
@@ -77,12 +80,16 @@ fn main() {
     type Run = fn(&[Link], Setting, bool, f64) -> Option<End>;
     for (engine, run) in [("rapier3d", single::run as Run), ("rapier3d-f64", double::run as Run)] {
         for (name, setting) in &settings {
-            for h in [1.0 / 30.0, 1.0 / 60.0, 1.0 / 120.0, 1.0 / 240.0, 1.0 / 480.0, 1e-3] {
+            for h in [1.0 / 60.0, 1.0 / 120.0, 1.0 / 240.0, 1e-3] {
                 for (scene, driven) in [("ben25", true), ("ben25-free", false)] {
-                    // The least of three is what a quiet machine takes.
-                    let rounds = if driven { 3 } else { 1 };
-                    let ends: Vec<End> =
-                        (0..rounds).map_while(|_| run(&links, *setting, driven, h)).collect();
+                    // The least of three is what a quiet machine takes; of long runs one has to do.
+                    let mut ends: Vec<End> = Vec::new();
+                    while ends.len() < 3 && ends.iter().all(|end| end.time < 1.0) {
+                        match run(&links, *setting, driven, h) {
+                            Some(end) => ends.push(end),
+                            None => break,
+                        }
+                    }
                     let Some(last) = ends.last() else { continue };
                     let steps = (if driven { 1.0 } else { 10.0 } / h).round();
                     let least = ends.iter().map(|end| end.time).fold(f64::INFINITY, f64::min) / steps * 1e6;
