@@ -5,6 +5,13 @@
 //! the range of kinetic and elastic energy, and the run repeats bit for bit.
 
 mod cases;
+mod chains;
+mod inputs;
+mod islands;
+mod kernels;
+mod single;
+mod spins;
+mod structures;
 
 use crate::scenes::Scene;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -112,7 +119,7 @@ fn watch(scene: &mut Scene, time: f64, h: impl Fn(usize) -> f64) -> Seen {
         if !seen.finite || report.quarantined > 0 {
             break;
         }
-        if scene.boxes.len() == scene.bodies.len() {
+        if scene.look.boxes.len() == scene.bodies.len() {
             let speed = |&body| scene.world.rigid(body).map_or(0.0, |state| state.velocity.norm());
             seen.last_speed = scene.bodies.iter().map(speed).fold(0.0, f64::max);
             seen.speed = seen.speed.max(seen.last_speed);
@@ -131,6 +138,11 @@ fn hash(scene: &Scene) -> u64 {
         position.iter().for_each(|x| x.to_bits().hash(&mut hasher));
     }
     hasher.finish()
+}
+
+/// How long the base scene runs, s.
+fn time(quick: bool) -> f64 {
+    if quick { 1.0 } else { 5.0 }
 }
 
 /// Whether a run is **U**: it is made twice.

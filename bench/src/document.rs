@@ -5,11 +5,9 @@
 
 use crate::catalogue::{self, CASES};
 use crate::kernels::{self, BY_HAND, FLAGS, Plan, RUST_FLAGS, STATES};
-use crate::precision::{self, PROBLEMS, STEPS as STEP_SIZES};
-use crate::{chain, compile_all, layouts, nodes, peers};
+use crate::{chain, compile_all, layouts, machine, nodes, peers, work_precision};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
 
 /// What to print, and how carefully.
@@ -20,7 +18,8 @@ pub struct Options {
     /// Few rounds and short runs: to see whether it works.
     #[arg(long)]
     quick: bool,
-    /// Kernels by other tools, as `bench/peers/setup.sh` leaves them; the step `peers` is done too.
+    /// Where `bench/peers/setup.sh` and `simulations.sh` left kernels by other tools, and what engines measured; the step
+    /// `peers` is done too.
     #[arg(long, value_name = "DIR")]
     peers: Option<PathBuf>,
     /// Where the documents are.
@@ -36,7 +35,7 @@ pub struct Step {
     pub document: &'static str,
     /// What it prints: marks in the document, and, with an ending, files beside it.
     pub prints: &'static [&'static str],
-    /// Measures: a text for each of these.
+    /// Measures: a text for each of these; an empty one leaves what is there.
     run: fn(&Options) -> Result<Vec<String>, String>,
 }
 
@@ -46,13 +45,27 @@ pub const STEPS: [Step; 6] = [
     Step { name: "layouts", document: "benchmarks.md", prints: &["layouts"], run: layouts },
     Step { name: "growth", document: "benchmarks.md", prints: &["growth"], run: growth },
     Step { name: "catalogue", document: "catalogue.md", prints: &["catalogue"], run: catalogue },
-    Step { name: "precision", document: "catalogue.md", prints: &["precision"], run: precision },
+    Step { name: "simulations", document: "simulations.md", prints: &SIMULATIONS, run: simulations },
     Step {
         name: PEERS,
         document: "benchmarks.md",
         prints: &["peers-setting", "peers-summary", "peers"],
         run: by_peers,
     },
+];
+
+/// The blocks of simulations.
+const SIMULATIONS: [&str; 10] = [
+    "work-setting",
+    "work-beside",
+    "work-c10",
+    "work-c10-stiff",
+    "work-ben25-soft",
+    "work-ben25",
+    "work-ben25-free",
+    "work-t-handle",
+    "work-cloth",
+    "work-bar",
 ];
 
 /// The step that needs kernels by others.
@@ -74,7 +87,7 @@ pub fn document(options: &Options) -> Result<(), String> {
         let path = options.into.join(step.document);
         let failed = |path: &Path, error: std::io::Error| format!("{}: {error}", path.display());
         let mut text = std::fs::read_to_string(&path).map_err(|error| failed(&path, error))?;
-        for (name, printed) in step.prints.iter().zip(texts) {
+        for (name, printed) in step.prints.iter().zip(texts).filter(|(_, printed)| !printed.is_empty()) {
             if name.contains('.') {
                 let beside = options.into.join(name);
                 std::fs::write(&beside, printed).map_err(|error| failed(&beside, error))?;
@@ -88,29 +101,15 @@ pub fn document(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The first line that a program prints.
-fn first_line(program: &str, arguments: &[&str]) -> String {
-    let output = Command::new(program).args(arguments).output().map(|output| output.stdout);
-    let text = String::from_utf8_lossy(&output.unwrap_or_default()).into_owned();
-    text.lines().next().unwrap_or("unknown").trim().to_owned()
-}
-
-/// The machine and the date.
-pub fn machine() -> String {
-    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let cpu = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
-    format!("{}; {}", cpu.map_or("unknown processor", |(_, name)| name), first_line("date", &["+%F"]))
-}
-
 /// The machine, the date, the versions and flags.
 pub fn setting(plan: &Plan) -> String {
     let mut versions: Vec<String> =
         plan.peers.iter().map(|peer| format!("{} {}", peer.name, peer.version)).collect();
     versions.sort();
     versions.dedup();
-    let mut text = machine() + "\n";
-    text += &format!("{}: {}\n", first_line("gcc", &["--version"]), plan.flags.join(" "));
-    text += &format!("{}: {RUST_FLAGS}\n", first_line("rustc", &["--version"]));
+    let mut text = machine::machine() + "\n";
+    text += &format!("{}: {}\n", machine::first_line("gcc", &["--version"]), plan.flags.join(" "));
+    text += &format!("{}: {RUST_FLAGS}\n", machine::first_line("rustc", &["--version"]));
     if !versions.is_empty() {
         text += &format!("{}\n", versions.join(", "));
     }
@@ -124,8 +123,8 @@ fn fenced(text: &str) -> String {
 
 /// What was measured in Rust alone, and with what.
 fn of_rust(table: &str) -> String {
-    let version = first_line("rustc", &["--version"]);
-    format!("{}\n\n{table}", fenced(&format!("{}; {version}\n", machine())).trim_end())
+    let version = machine::first_line("rustc", &["--version"]);
+    format!("{}\n\n{table}", fenced(&format!("{}; {version}\n", machine::machine())).trim_end())
 }
 
 /// A folder to build in, while something works in it.
@@ -184,19 +183,18 @@ fn catalogue(options: &Options) -> Result<Vec<String>, String> {
     Ok(vec![of_rust(&text)])
 }
 
-fn precision(options: &Options) -> Result<Vec<String>, String> {
-    // Of eight steps the two that a game would take, and a finer one.
-    let steps = if options.quick { &STEP_SIZES[1..2] } else { &STEP_SIZES[1..4] };
-    let tables = PROBLEMS.iter().map(|problem| {
-        let (points, own) = precision::measure(problem, steps);
-        precision::table(problem, &points, own)
-    });
-    Ok(vec![of_rust(&tables.collect::<Vec<String>>().join("\n"))])
+fn simulations(options: &Options) -> Result<Vec<String>, String> {
+    let peers =
+        options.peers.as_ref().map(|folder| folder.join("simulations")).filter(|folder| folder.is_dir());
+    let own = work_precision::Options { quick: options.quick, budget: 1.0, peers, ..Default::default() };
+    let drawn = work_precision::draw(&own, &options.into, &options.into.join("figures"))?;
+    let find = |name: &&str| drawn.iter().find(|(known, _)| known == name).map(|(_, text)| text.clone());
+    Ok(SIMULATIONS.iter().map(find).map(Option::unwrap_or_default).collect())
 }
 
 fn by_peers(options: &Options) -> Result<Vec<String>, String> {
     let folder = options.peers.as_ref().ok_or("the step `peers` needs `--peers DIR`; see bench/README.md")?;
-    let mut plan = Plan { peers: peers::read(folder)?, ..plan(options) };
+    let mut plan = Plan { peers: peers::read(&folder.join("kernels"))?, ..plan(options) };
     plan.only = plan.peers.iter().map(|peer| peer.kernel.clone()).collect();
     let lines = in_folder("peers", |folder| peers::lines(&plan, kernels::measure(&plan, folder), folder))?;
     Ok(vec![fenced(&setting(&plan)), peers::summary(&lines), peers::table(&lines)])

@@ -7,16 +7,31 @@ pub mod count;
 pub mod document;
 pub mod kernels;
 pub mod layouts;
+pub mod machine;
 pub mod peers;
 pub mod picture;
-pub mod precision;
 pub mod run;
 pub mod scenes;
+pub mod work_precision;
 
 use forcec::compile::{Compiled, compile};
 use forcec::span::Source;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+
+/// Does work whose islands are spread over so many threads; without the feature `rayon` there is but one.
+pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    #[cfg(feature = "rayon")]
+    {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads of this machine").install(work)
+    }
+    #[cfg(not(feature = "rayon"))]
+    {
+        let _ = threads;
+        work()
+    }
+}
 
 /// The force files of the library, in sorted order.
 pub fn library() -> Vec<Source> {

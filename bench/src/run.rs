@@ -1,8 +1,10 @@
 //! `run SCENE`: a scene through time, with a report on a line, and its trajectories and a picture as files.
 
 use crate::picture::picture;
-use crate::scenes::{SCENES, Scene};
-use forcec_runtime::{Integrator, Solver};
+use crate::scenes::{Row, SCENES, Scene};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use forcec_runtime::collision::Contacts;
+use forcec_runtime::{Integrator, Report, Solver};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::path::PathBuf;
@@ -11,19 +13,20 @@ use std::time::{Duration, Instant};
 /// What to run, and what to write.
 #[derive(clap::Args, Debug)]
 pub struct Options {
-    /// One of c10, ben25, ben25-free, t-handle, cloth, bar.
-    scene: String,
+    /// What is stepped.
+    #[arg(value_parser = named(&SCENES, |row| (row.0, row.1)))]
+    scene: &'static Row,
     /// The step, s, in place of the scene's own; `1/60` is a number too.
     #[arg(long, value_parser = fraction)]
     step: Option<f64>,
     /// How long, s.
     #[arg(long)]
     time: Option<f64>,
-    /// One of linearly-implicit-euler, paper-euler, sdirk2, rodas4, symplectic-euler, runge-kutta4.
-    #[arg(long, value_parser = integrator)]
+    /// The method of integration.
+    #[arg(long, value_parser = among(&INTEGRATORS))]
     integrator: Option<Integrator>,
-    /// One of automatic, direct, conjugate-gradients, bicgstab, cgs, bicg.
-    #[arg(long, value_parser = solver)]
+    /// The method for linear systems.
+    #[arg(long, value_parser = among(&SOLVERS))]
     solver: Option<Solver>,
     /// Writes a row a step: time, energy, gap, rejected steps, and the position of every body.
     #[arg(long, value_name = "FILE")]
@@ -55,18 +58,22 @@ const SOLVERS: [(&str, Solver); 6] = [
     ("bicg", Solver::BiCg),
 ];
 
-fn integrator(name: &str) -> Result<Integrator, String> {
-    choose(name, &INTEGRATORS)
+/// A name that stands in a table, for what stands beside it.
+fn among<T: Copy + Send + Sync + 'static>(
+    table: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(table.iter().map(|(name, _)| *name))
+        .map(|chosen| table.iter().find(|(name, _)| *name == chosen).expect("a name of the table").1)
 }
 
-fn solver(name: &str) -> Result<Solver, String> {
-    choose(name, &SOLVERS)
-}
-
-fn choose<T: Copy>(name: &str, table: &[(&str, T)]) -> Result<T, String> {
-    let known: Vec<&str> = table.iter().map(|(name, _)| *name).collect();
-    let found = table.iter().find(|(known, _)| *known == name);
-    found.map(|(_, value)| *value).ok_or_else(|| format!("none of {}", known.join(", ")))
+/// A name that stands in a table of rows, for the row.
+pub(crate) fn named<T: Sync>(
+    table: &'static [T],
+    name: fn(&T) -> (&'static str, &'static str),
+) -> impl TypedValueParser<Value = &'static T> {
+    let names = table.iter().map(name).map(|(name, about)| PossibleValue::new(name).help(about));
+    PossibleValuesParser::new(names)
+        .map(move |chosen| table.iter().find(|row| name(row).0 == chosen).expect("a name of the table"))
 }
 
 /// A number, or one over another.
@@ -81,11 +88,7 @@ fn fraction(text: &str) -> Result<f64, String> {
 
 /// Runs a scene.
 pub fn run(options: &Options) -> Result<(), String> {
-    let names: Vec<&str> = SCENES.iter().map(|(name, ..)| *name).collect();
-    let (name, about, make) = SCENES
-        .iter()
-        .find(|(name, ..)| *name == options.scene)
-        .ok_or_else(|| format!("no scene `{}`; there are {}", options.scene, names.join(", ")))?;
+    let (name, about, make) = options.scene;
     let mut scene = make();
     let settings = &mut scene.world.settings;
     settings.integrator = options.integrator.unwrap_or(settings.integrator);
@@ -100,39 +103,44 @@ pub fn run(options: &Options) -> Result<(), String> {
 
     let mut table = head(&scene);
     let mut energies = vec![scene.world.energy()];
-    let (mut total, mut assembly, mut solve) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);
-    let (mut rejected, mut gap) = (0, 0.0_f64);
+    let mut sum = Sum::default();
     let live = std::io::stdout().is_terminal();
     for step in 0..steps {
         let started = Instant::now();
         let report = scene.advance(step as f64 * h, h);
-        total += started.elapsed();
-        (assembly, solve) = (assembly + report.assembly, solve + report.solve);
-        rejected += report.rejected;
-        gap = gap.max(report.gap);
-        energies.push(report.energy);
+        sum.add(&report, &scene.contacts, started.elapsed());
+        // Reports are of what moves.
+        let energy = if report.asleep == 0 { report.energy } else { scene.world.energy() };
+        energies.push(energy);
         let now = (step + 1) as f64 * h;
         if options.csv.is_some() {
-            row(&mut table, &scene, now, report.energy, report.gap, report.rejected);
+            row(&mut table, &scene, now, energy, &report);
         }
         if live && (step + 1 == steps || step % 16 == 0) {
             print!(
-                "\r{now:8.3} s  energy {:12.5e} J  gap {:9.2e} m  awake {}  rejected {rejected}  {:.0} µs a step ",
-                report.energy,
+                "\r{now:8.3} s  energy {energy:12.5e} J  gap {:9.2e} m  awake {}  contacts {}  rejected {}  {:.0} µs a step ",
                 report.gap,
                 report.awake,
-                total.as_secs_f64() * 1e6 / (step + 1) as f64
+                scene.contacts.points,
+                sum.rejected,
+                micros(sum.total, step + 1)
             );
             std::io::stdout().flush().map_err(|error| error.to_string())?;
         }
     }
-    let each = |time: Duration| time.as_secs_f64() * 1e6 / steps.max(1) as f64;
     println!(
-        "{}{:.1} µs a step: assembly {:.1}, solution {:.1}; {rejected} steps discarded; largest gap {gap:.2e} m; energy {:.6e} → {:.6e} J",
+        "{}{:.1} µs a step: contacts {:.1}, assembly {:.1}, solution {:.1}; {} steps discarded, {} back-ups, {} islands in \
+         quarantine; largest gap {:.2e} m, deepest contact {:.2e} m; energy {:.6e} → {:.6e} J",
         if live { "\n" } else { "" },
-        each(total),
-        each(assembly),
-        each(solve),
+        micros(sum.total, steps),
+        micros(sum.contacts, steps),
+        micros(sum.assembly, steps),
+        micros(sum.solve, steps),
+        sum.rejected,
+        sum.backups,
+        sum.quarantined,
+        sum.gap,
+        sum.depth,
         energies[0],
         energies[energies.len() - 1]
     );
@@ -151,6 +159,38 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
+/// What all steps did together.
+#[derive(Default)]
+struct Sum {
+    total: Duration,
+    contacts: Duration,
+    assembly: Duration,
+    solve: Duration,
+    rejected: usize,
+    backups: usize,
+    quarantined: usize,
+    gap: f64,
+    depth: f64,
+}
+
+impl Sum {
+    fn add(&mut self, report: &Report, contacts: &Contacts, time: Duration) {
+        self.total += time;
+        self.contacts += contacts.broad + contacts.narrow + contacts.forces;
+        self.assembly += report.assembly;
+        self.solve += report.solve;
+        self.rejected += report.rejected;
+        self.backups += report.semi_definite + report.capped;
+        self.quarantined = report.quarantined;
+        self.gap = self.gap.max(report.gap);
+        self.depth = self.depth.max(contacts.depth);
+    }
+}
+
+fn micros(time: Duration, steps: usize) -> f64 {
+    time.as_secs_f64() * 1e6 / steps.max(1) as f64
+}
+
 fn head(scene: &Scene) -> String {
     let mut text = "time,energy,gap,rejected".to_owned();
     for k in 0..scene.bodies.len() {
@@ -160,7 +200,8 @@ fn head(scene: &Scene) -> String {
     text
 }
 
-fn row(text: &mut String, scene: &Scene, time: f64, energy: f64, gap: f64, rejected: usize) {
+fn row(text: &mut String, scene: &Scene, time: f64, energy: f64, report: &Report) {
+    let (gap, rejected) = (report.gap, report.rejected);
     let _ = write!(text, "{time},{energy},{gap},{rejected}");
     for position in scene.positions() {
         let _ = write!(text, ",{},{},{}", position.x, position.y, position.z);
