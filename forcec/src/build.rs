@@ -182,6 +182,9 @@ impl Build {
                 }
             },
         };
+        if let Some(error) = self.request.impossible() {
+            return Err(failed(vec![error]));
+        }
         let found = files::read_all(&self.inputs);
         let (units, diagnostics) = files::compile_all(found.sources, &|_| true, &self.request, &mut |_| {});
         let mut others = found.errors;

@@ -60,6 +60,21 @@ impl Request {
     }
 }
 
+impl Request {
+    /// Why no kernel can be like that, as a message; none if it can.
+    pub fn impossible(&self) -> Option<String> {
+        let row = self.layout.row();
+        (row.adds && self.lanes > 1).then(|| {
+            let blocks = Layout::Blocks.row().name;
+            format!(
+                "error: the layout `{}` adds to what one instance is given, and {} lanes may share a body\n  = help: leave \
+                 `lanes` out, or add what the layout `{blocks}` computes",
+                row.name, self.lanes
+            )
+        })
+    }
+}
+
 impl From<Plan> for Request {
     fn from(plan: Plan) -> Request {
         Request { plan, ..Request::default() }
@@ -163,7 +178,12 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
         ..plan
     });
     let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
-    let style = Style { strict: plan.mode == Mode::Strict, fma: plan.fma, single: request.lanes > 1 };
+    let style = Style {
+        strict: plan.mode == Mode::Strict,
+        fma: plan.fma,
+        single: request.lanes > 1,
+        adds: request.layout.row().adds,
+    };
     let laid = request.layout.lay(&optimized.program);
     let schedule = schedule(laid.as_ref().map_or(&optimized.program, |(program, _)| program), style);
     let time = started.elapsed();

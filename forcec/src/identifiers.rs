@@ -5,6 +5,7 @@
 //! each is spelled as its target wants it, and where that is taken gets `_` behind it, or else a number.
 
 use crate::bodies::Signature;
+use crate::outputs::{Part, Piece};
 use rustc_hash::FxHashSet;
 use std::sync::LazyLock;
 
@@ -137,6 +138,8 @@ pub struct Arguments {
     pub parameters: Vec<String>,
     /// What some results take beside these, arguments like the bodies.
     pub extras: Vec<String>,
+    /// What a layout stores in place of results, fields of a struct.
+    pub pieces: Vec<String>,
 }
 
 impl Arguments {
@@ -150,10 +153,22 @@ impl Arguments {
         let extras = signature.extras.iter().map(|extra| (extra.name.as_str(), extra.name.clone()));
         let mut locals = distinct(&bodies.chain(extras).collect::<Vec<_>>(), is_no_local);
         let extras = locals.split_off(signature.bodies.len());
+        let fields = |names: &[(&str, String)]| distinct(names, |name| is_no_field(name, target));
+        let pieces: Vec<String> = signature.pieces.iter().map(Piece::name).collect();
+        let pieces: Vec<_> = pieces.iter().map(|name| (name.as_str(), spelled(name, target))).collect();
         Arguments {
             bodies: locals,
             extras,
-            parameters: distinct(&parameters.collect::<Vec<_>>(), |name| is_no_field(name, target)),
+            parameters: fields(&parameters.collect::<Vec<_>>()),
+            pieces: fields(&pieces),
+        }
+    }
+
+    /// The field of a result.
+    pub fn result(&self, part: Part) -> &str {
+        match part {
+            Part::List(place) | Part::Block(place) => &self.pieces[place as usize],
+            part => part.name(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub use crate::identifiers::Target;
 use crate::layouts::{Layout, Packing};
+use crate::outputs::{Part, Piece};
 use crate::schedule::Schedule;
 use std::fmt;
 
@@ -43,7 +44,7 @@ pub struct Kernel {
     pub schedule: Schedule,
     /// How its results are laid out.
     pub layout: Layout,
-    /// Where the entries of its results stand, if it writes them as a list.
+    /// Where the entries of its results stand, if it does not write them as full arrays.
     pub packing: Option<Packing>,
     /// How many instances it computes at once.
     pub lanes: usize,
@@ -85,7 +86,7 @@ impl Kernel {
         let count = self.schedule.operations();
         let freedoms = self.schedule.signature.freedoms();
         let (outputs, nonzero) = match &self.packing {
-            Some(packing) => (packing.places().count(), packing.places().filter(|place| *place != 0).count()),
+            Some(packing) => (packing.places().count(), packing.nonzero),
             None => {
                 let lengths = self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature));
                 (lengths.sum(), self.schedule.nonzero)
@@ -105,10 +106,19 @@ impl Kernel {
             "{freedoms} degrees of freedom; of {outputs} outputs {} are not zero, {} of these distinct up to sign.",
             nonzero, self.schedule.distinct
         ));
+        lines.extend(self.packing.iter().flat_map(|packing| &packing.remarks).cloned());
         if self.lanes > 1 {
             lines.push(format!("{} instances at once; operations are those of one.", self.lanes));
         }
         lines
+    }
+
+    /// The matrices among the results, each with whether its upper triangle is stored and nothing else.
+    pub fn triangles(&self) -> impl Iterator<Item = (Part, bool)> + '_ {
+        let matrices = self.packing.iter().flat_map(|packing| &packing.tables).map(|table| table.part);
+        let pieces = &self.schedule.signature.pieces;
+        let triangle = move |part: Part| (part, pieces.contains(&Piece::Triangle(part)));
+        matrices.filter(|part| !part.is_list()).map(triangle)
     }
 
     /// The first paragraph of the doc comment.

@@ -14,10 +14,13 @@ impl Input {
                 "error: the layout `{name}` says itself what is computed\n  = help: leave `--outputs` out"
             )));
         }
+        let request = self.search.request();
+        if let Some(error) = request.impossible() {
+            return Err(Failure::Input(error));
+        }
         let found = files::read_all(&self.paths);
         let mut errors = found.errors;
         let progress = Progress::new(found.sources.len());
-        let request = self.search.request();
         let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|only| only == name);
         let (units, wrong) =
             files::compile_all(found.sources, &wanted, &request, &mut |name| progress.step(name));

@@ -90,10 +90,10 @@ struct Search {
     /// Only these passes of the optimiser, in their own order
     #[arg(long, value_name = "PASS,…", value_delimiter = ',', value_parser = pass)]
     passes: Option<Vec<u32>>,
-    /// What kernels compute, of value, jacobian, force, dfdx and dfdv; `value` is C, or E, and its rate
+    /// What kernels compute, of value, jacobian, force, dfdx, dfdv and others; `value` is C, or E, and its rate
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', value_parser = output)]
     outputs: Option<Vec<&'static [Part]>>,
-    /// Where results stand: `dense`, `packed`, `system` or `product`
+    /// Where results stand: `dense`, `packed`, `system`, `product`, `blocks`, `symmetric` or `accumulate`
     #[arg(long, value_parser = layout, default_value = "dense", value_name = "LAYOUT")]
     layout: Layout,
     /// How many instances a kernel computes at once, from structures of arrays

@@ -191,6 +191,11 @@ fn parameter_summary(parameter: &Parameter) -> String {
     format!("{}{domain}", kind(&parameter.ty))
 }
 
+/// How a matrix is stored by a layout that looks for symmetric ones.
+fn stored_as(triangle: bool) -> &'static str {
+    if triangle { "symmetric: the upper triangle, row by row" } else { "in full" }
+}
+
 /// The text with its first letter in upper case and a full stop.
 fn sentence(text: &str) -> String {
     let mut letters = text.chars();
