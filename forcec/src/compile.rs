@@ -184,7 +184,7 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
         single: request.lanes > 1,
         adds: request.layout.row().adds,
     };
-    let laid = request.layout.lay(&optimized.program);
+    let laid = request.layout.lay(&optimized.program, definition.symmetric());
     let schedule = schedule(laid.as_ref().map_or(&optimized.program, |(program, _)| program), style);
     let time = started.elapsed();
     let kernel = Kernel {

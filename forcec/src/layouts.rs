@@ -148,12 +148,13 @@ impl Layout {
     }
 
     /// The program whose results stand as this layout has them, with the way back; none if that is the program itself.
-    pub fn lay(self, program: &Program) -> Option<(Program, Packing)> {
+    /// Some results are known to be symmetric.
+    pub fn lay(self, program: &Program, symmetric: &[Part]) -> Option<(Program, Packing)> {
         match self.row().place {
             Place::Itself => None,
             Place::Shared => Some(pack(program)),
             Place::Bodies => Some(blocks(program, self.row().adds)),
-            Place::Triangle => Some(triangles(program)),
+            Place::Triangle => Some(triangles(program, symmetric)),
         }
     }
 }
@@ -395,8 +396,9 @@ fn listed(head: &str, items: &[String]) -> Vec<String> {
     lines
 }
 
-/// Of a matrix whose entries across the diagonal are the same value, what stands on it and above.
-fn triangles(program: &Program) -> (Program, Packing) {
+/// Of a matrix that is known to be symmetric, or whose entries across the diagonal are the same value, what stands on the
+/// diagonal and above.
+fn triangles(program: &Program, symmetric: &[Part]) -> (Program, Packing) {
     let mut pieces = Pieces::new(program);
     let mut remarks = Vec::new();
     for (result, array) in program.arrays.iter().enumerate() {
@@ -405,7 +407,7 @@ fn triangles(program: &Program) -> (Program, Packing) {
         let upper = || (0..count).flat_map(|row| (row..count).map(move |column| (row, column)));
         let same = |(i, j): (usize, usize)| array.entries[at(i, j)] == array.entries[at(j, i)];
         let square = !array.part.is_list() && array.entries.len() == count * count;
-        if !square || !upper().all(same) {
+        if !square || !symmetric.contains(&array.part) && !upper().all(same) {
             pieces.store(array.part, count, result, array.entries.iter().copied().enumerate().collect());
             if !array.part.is_list() {
                 remarks

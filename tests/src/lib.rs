@@ -44,8 +44,7 @@ pub fn library() -> Vec<ForceFile> {
 
 /// One file of the library, made to a plan.
 pub fn library_with(plan: Plan, stem: &str) -> ForceFile {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
-    let text = std::fs::read_to_string(&path).expect("the library can be read");
+    let text = library_text(stem);
     ForceFile { compiled: compiled_with(stem, &text, plan), stem: stem.to_owned() }
 }
 
@@ -87,18 +86,47 @@ pub fn special() -> Vec<ForceFile> {
     requests.map(|(stem, request)| requested(stem, request)).into()
 }
 
-/// A file of the library in every layout, for one instance and for several.
-pub fn laid_out(stem: &str) -> Vec<ForceFile> {
+/// Of each kind of kernel some: springs have square roots, contacts branches, joints everything else.
+const KINDS: [(&str, &[&str]); 3] = [
+    ("springs", &["spring", "polynomial_spring", "rope", "rod_bend"]),
+    ("contacts", &["hertz_contact", "sphere_plane_friction", "sphere_sphere"]),
+    ("joints", &["point_to_point", "distance", "pin", "attachment", "torsion_spring", "hinge_motor"]),
+];
+
+/// A kernel that is several functions, unless it computes several instances.
+const LONG: &str = "bushing";
+
+/// Kernels of the library in every layout, for one instance and for several, a file each.
+pub fn laid_out() -> Vec<ForceFile> {
+    let mut text = String::new();
+    for (stem, _) in KINDS {
+        let file = library_text(stem);
+        file.lines().filter(|line| !line.starts_with("//!")).for_each(|line| text.extend([line, "\n"]));
+    }
+    let source = Source::new("kinds.rs", text);
     let ways = LAYOUTS.iter().flat_map(|row| LANES.map(|lanes| (row.layout, lanes)));
-    let ways = ways.filter(|way| *way != (Layout::Dense, 1));
-    ways.map(|(layout, lanes)| requested(stem, Request { layout, lanes, ..Request::default() })).collect()
+    let requests = ways.map(|(layout, lanes)| Request { layout, lanes, ..Request::default() });
+    let requests = requests.filter(|request| {
+        (request.layout, request.lanes) != (Layout::Dense, 1) && request.impossible().is_none()
+    });
+    parallel(requests.collect(), |request: Request| {
+        let chosen = |name: &str| KINDS.iter().any(|(_, names)| names.contains(&name));
+        let wanted = |name: &str| chosen(name) || name == LONG && request.lanes == 1;
+        let compiled = compile(&source, &wanted, request.clone());
+        let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
+        ForceFile { stem: "kinds".to_owned(), compiled }
+    })
+}
+
+/// The text of a file of the library.
+fn library_text(stem: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
+    std::fs::read_to_string(&path).expect("the library can be read")
 }
 
 /// A file of the library as it is asked for.
 fn requested(stem: &str, request: Request) -> ForceFile {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
-    let text = std::fs::read_to_string(&path).expect("a force file can be read");
-    let compiled = compile(&Source::new(format!("{stem}.rs"), text), &|_| true, request);
+    let compiled = compile(&Source::new(format!("{stem}.rs"), library_text(stem)), &|_| true, request);
     let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
     ForceFile { stem: stem.to_owned(), compiled }
 }

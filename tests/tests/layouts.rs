@@ -33,9 +33,7 @@ fn measure(file: &ForceFile, folder: &Path) -> Vec<(Precision, Miss)> {
 #[test]
 fn layouts_equal_their_mathematics() {
     let base = env!("CARGO_TARGET_TMPDIR");
-    // Of each kind of file some: contacts have branches, springs square roots, joints everything else.
-    let files = ["springs", "contacts", "joints"].into_iter().flat_map(laid_out).collect();
-    let found = parallel(files, |file: ForceFile| {
+    let found = parallel(laid_out(), |file: ForceFile| {
         let name = file.printable(&PRECISIONS).name();
         measure(&file, &folder(base, &format!("layout_{name}")))
     });
