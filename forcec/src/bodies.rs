@@ -188,6 +188,8 @@ pub struct Signature {
     pub extras: Vec<Parameter>,
     /// What a layout stores in place of results.
     pub pieces: Vec<Piece>,
+    /// Whether the parameters are what the kernel is prepared with: values computed from those of the source.
+    pub prepared: bool,
 }
 
 /// One real entry of an argument: an argument, a field of it, and a flat offset in memory order.

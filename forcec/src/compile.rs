@@ -6,13 +6,14 @@ use crate::definition::{Definition, Law, Row};
 use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, Once, Preparation};
 use crate::layouts::Layout;
 use crate::optimize::{Optimized, optimize};
 use crate::outputs::{Axis, Part};
 use crate::plan::{Effort, Mode, Plan};
+use crate::prepare::{self, Split};
 use crate::scalar::{Program, Step};
-use crate::schedule::{Style, schedule};
+use crate::schedule::{Schedule, Style, schedule};
 use crate::span::Source;
 use crate::specialize::{Specialization, remarks};
 use crate::vector::Formulation;
@@ -39,6 +40,8 @@ pub struct Request {
     pub layout: Layout,
     /// How many instances a kernel computes at once.
     pub lanes: usize,
+    /// Whether what depends on parameters alone is computed once, by a function of its own.
+    pub prepare: bool,
 }
 
 impl Default for Request {
@@ -49,6 +52,7 @@ impl Default for Request {
             outputs: Part::DEFAULT.to_vec(),
             layout: Layout::Dense,
             lanes: 1,
+            prepare: false,
         }
     }
 }
@@ -185,7 +189,12 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
         adds: request.layout.row().adds,
     };
     let laid = request.layout.lay(&optimized.program, definition.symmetric());
-    let schedule = schedule(laid.as_ref().map_or(&optimized.program, |(program, _)| program), style);
+    let program = laid.as_ref().map_or(&optimized.program, |(program, _)| program);
+    let (schedule, preparation) = if request.prepare {
+        prepared(program, style)
+    } else {
+        (schedule(program, style), Preparation::Unasked)
+    };
     let time = started.elapsed();
     let kernel = Kernel {
         name: format!(
@@ -200,11 +209,25 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: &Reques
         layout: request.layout,
         packing: laid.map(|(_, packing)| packing),
         lanes: request.lanes,
+        preparation,
     };
     let source = check::elaborate(file, &definition.name, &request.known);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
     let Optimized { program, formulation, report } = optimized;
     Stages { ast, definition, source, program, formulation, report, kernel, time }
+}
+
+/// The statements of a program in which what depends on parameters alone is computed once.
+fn prepared(program: &Program, style: Style) -> (Schedule, Preparation) {
+    let whole = schedule(program, style);
+    match prepare::split(program, style.strict) {
+        None => (whole, Preparation::Nothing),
+        Some(Split { once, rest, kept }) => {
+            let first = schedule(&once, Style { adds: false, ..style });
+            let once = Once { schedule: first, kept, whole: whole.operations() };
+            (schedule(&rest, style), Preparation::Once(Box::new(once)))
+        }
+    }
 }
 
 /// Longer definitions are left to `forcec show`.

@@ -28,6 +28,7 @@ pub mod ops;
 pub mod optimize;
 pub mod outputs;
 pub mod plan;
+pub mod prepare;
 pub mod scalar;
 pub mod schedule;
 pub mod span;

@@ -219,6 +219,8 @@ pub enum Piece {
     },
     /// The upper triangle of a symmetric matrix, row by row.
     Triangle(Part),
+    /// Values that are computed once, by their names.
+    Values(Vec<String>),
 }
 
 impl Piece {
@@ -228,6 +230,7 @@ impl Piece {
             Piece::Entries(_) => "entries".to_owned(),
             Piece::Block { part, of, .. } => [&[part.name().to_owned()], of.as_slice()].concat().join("_"),
             Piece::Triangle(part) => part.name().to_owned(),
+            Piece::Values(_) => "prepared".to_owned(),
         }
     }
 
@@ -244,6 +247,7 @@ impl Piece {
                 }
             },
             Piece::Triangle(part) => format!("{}, its upper triangle row by row", part.title()),
+            Piece::Values(_) => "what is computed once".to_owned(),
         }
     }
 
@@ -253,6 +257,7 @@ impl Piece {
             Piece::Entries(_) => "entries".to_owned(),
             Piece::Block { part, of, .. } if !of.is_empty() => format!("{}: {}", part.title(), of.join(", ")),
             Piece::Block { part, .. } | Piece::Triangle(part) => part.title().to_owned(),
+            Piece::Values(_) => "what is computed once".to_owned(),
         }
     }
 
@@ -260,6 +265,7 @@ impl Piece {
     fn shape(&self, signature: &Signature) -> (usize, usize) {
         match self {
             Piece::Entries(count) => (*count, 1),
+            Piece::Values(names) => (names.len(), 1),
             Piece::Block { rows, columns, .. } => (rows.len(), columns.len()),
             Piece::Triangle(part) => {
                 let (rows, _) = part.shape(signature);

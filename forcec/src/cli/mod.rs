@@ -99,6 +99,9 @@ struct Search {
     /// How many instances a kernel computes at once, from structures of arrays
     #[arg(long, value_parser = lanes, default_value = "1", value_name = "1|4|8")]
     lanes: usize,
+    /// Compute what depends on parameters alone once, in a function of its own
+    #[arg(long)]
+    prepare: bool,
     /// A body that never moves: it has no velocity, no degrees of freedom, and feels no force; may be repeated
     #[arg(long, value_name = "BODY")]
     fixed: Vec<String>,
@@ -118,7 +121,7 @@ impl Search {
             Some(chosen) => Part::in_order(chosen.concat()),
             None => Part::DEFAULT.to_vec(),
         };
-        Request { plan, known, outputs, layout: self.layout, lanes: self.lanes }
+        Request { plan, known, outputs, layout: self.layout, lanes: self.lanes, prepare: self.prepare }
     }
 }
 

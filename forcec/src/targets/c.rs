@@ -4,6 +4,7 @@
 //! dependency is `<math.h>`.
 
 mod dialect;
+mod prepare;
 
 use crate::bodies::{BODIES, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
@@ -163,15 +164,9 @@ fn named(kernel: &Kernel, part: &str, precision: Precision) -> String {
 fn declaration(kernel: &Kernel, precision: Precision) -> String {
     let (real, lanes) = (real(precision), extent(kernel.lanes));
     let signature = &kernel.schedule.signature;
-    let mut text = String::new();
-    if signature.has_given() {
-        text.push_str("typedef struct {\n");
-        let names = Arguments::new(signature, Target::C).parameters;
-        for (index, parameter) in signature.given() {
-            let field = format!("{}{}{lanes}", names[index], extents(&parameter.ty));
-            text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
-        }
-        text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
+    let mut text = parameters(kernel, kernel.given(), precision);
+    if kernel.once().is_some() {
+        text.push_str(&parameters(kernel, signature, precision));
     }
     text.push_str(&comment(&where_results_stand(kernel), ""));
     text.push_str("typedef struct {\n");
@@ -190,9 +185,30 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
     }
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
     text.push_str(&tables(kernel, precision));
+    if kernel.once().is_some() {
+        let remark = format!("What {} computes of parameters alone, once.", named(kernel, "", precision));
+        text.push_str(&comment(&[remark], ""));
+        text.push_str(&format!("{};\n\n", prepare::head(kernel, precision, false)));
+    }
     text.push_str(&comment(&kernel.docs, ""));
     text.push_str(&format!("{};\n", prototype(kernel, precision, false)));
     text
+}
+
+/// The struct of parameters, or of what a kernel is prepared with.
+fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> String {
+    if !signature.has_given() {
+        return String::new();
+    }
+    let (real, lanes) = (real(precision), extent(kernel.lanes));
+    let names = Arguments::new(signature, Target::C);
+    let mut text = "typedef struct {\n".to_owned();
+    for (index, parameter) in signature.given() {
+        let field = format!("{}{}{lanes}", names.parameters[index], extents(&parameter.ty));
+        let summary = escape(&kernel.summary_of(signature, index).unwrap_or(parameter_summary(parameter)));
+        text.push_str(&format!("    {real} {field}; /* {summary} */\n"));
+    }
+    text + &format!("}} {};\n\n", named(kernel, &format!("_{}", names.given), precision))
 }
 
 /// What a reader of the header is told of the results.
@@ -250,21 +266,25 @@ fn extents(ty: &ParameterType) -> String {
 /// word for.
 fn prototype(kernel: &Kernel, precision: Precision, defines: bool) -> String {
     let signature = &kernel.schedule.signature;
-    let several = several_suffix(kernel.lanes);
-    let star = if defines && kernel.lanes > 1 { "*restrict " } else { "*" };
+    let (several, star) = (several_suffix(kernel.lanes), star(kernel, defines));
+    let Arguments { bodies, given, extras, .. } = Arguments::new(signature, Target::C);
     let mut arguments: Vec<String> = Vec::new();
-    for (body, name) in signature.bodies.iter().zip(Arguments::new(signature, Target::C).bodies) {
+    for (body, name) in signature.bodies.iter().zip(bodies) {
         arguments.push(format!("const {}_{precision}{several} {star}{name}", body.kind.row().c_name));
     }
     if signature.has_given() {
-        arguments.push(format!("const {} {star}params", named(kernel, "_params", precision)));
+        arguments.push(format!("const {} {star}{given}", named(kernel, &format!("_{given}"), precision)));
     }
     for (index, extra) in signature.given_extras() {
-        let name = &Arguments::new(signature, Target::C).extras[index];
-        arguments.push(extra_argument(extra, name, kernel.lanes, precision));
+        arguments.push(extra_argument(extra, &extras[index], kernel.lanes, precision));
     }
     arguments.push(format!("{}{} {star}out", added(kernel), named(kernel, "_out", precision)));
     wrapped(&format!("void {}(", named(kernel, "", precision)), &arguments, ")")
+}
+
+/// What stands between the type and the name of an argument.
+fn star(kernel: &Kernel, defines: bool) -> &'static str {
+    if defines && kernel.lanes > 1 { "*restrict " } else { "*" }
 }
 
 /// What stands before the type of the results: pointers to what they are added to stay as they are.
@@ -322,6 +342,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         remark.push(String::new());
     }
     remark.extend(kernel.summary());
+    let once = prepare::definition(kernel, precision);
     let mut text = comment(&remark, "");
     text.push_str(&format!("{}\n{{\n", prototype(kernel, precision, true)));
     let reads = reads(schedule, &schedule.statements);
@@ -334,7 +355,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         }
     }
     if !reads.parameters && schedule.signature.has_given() {
-        text.push_str("    (void)params;\n");
+        text.push_str(&format!("    (void){};\n", dialect.names.given));
     }
     let sections = schedule.sections();
     if kernel.lanes > 1 {
@@ -360,7 +381,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         }
     }
     text.push_str("}\n");
-    text
+    once + &text
 }
 
 /// The name of the struct through which the parts of a long kernel hand on values.
@@ -377,7 +398,9 @@ fn part_name(kernel: &Kernel, precision: Precision, index: usize, section: &Sect
 fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
     match *needed {
         Needed::Body(body, name) => format!("const {}_{precision} *{name}", body.kind.row().c_name),
-        Needed::Parameters => format!("const {} *params", named(kernel, "_params", precision)),
+        Needed::Parameters(name) => {
+            format!("const {} *{name}", named(kernel, &format!("_{name}"), precision))
+        }
         Needed::Extra(extra, name) => extra_argument(extra, name, kernel.lanes, precision),
         Needed::Shared(true) => format!("{} *shared", shared(kernel, precision)),
         Needed::Shared(false) => format!("const {} *shared", shared(kernel, precision)),

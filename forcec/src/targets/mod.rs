@@ -82,7 +82,7 @@ fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str, 
     };
     let mut path = match signature.extra(slot) {
         Some(extra) => names.extras[extra].clone(),
-        None => format!("params{arrow}{}", names.parameters[argument - signature.bodies.len()]),
+        None => format!("{}{arrow}{}", names.given, names.parameters[argument - signature.bodies.len()]),
     };
     for index in indices(&parameter.ty.extents(), slot.offset) {
         path.push_str(&format!("[{index}]"));

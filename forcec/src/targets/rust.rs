@@ -21,6 +21,7 @@ use crate::targets::{
 };
 use constants::constants;
 use dialect::Rust;
+use std::collections::BTreeSet;
 
 /// The width rustfmt breaks lines at.
 const WIDTH: usize = 100;
@@ -76,28 +77,18 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text.push_str(&format!("pub mod {} {{\n", module_name(kernel, precision)));
     text.push_str(&imports(signature, precision, kernel.lanes));
     text.push_str(&constants(kernel));
-    if signature.has_given() {
-        let names = Arguments::new(signature, Target::Rust).parameters;
-        let fields = signature.given().map(|(index, parameter)| {
-            (
-                names[index].clone(),
-                array(&parameter.ty, precision, kernel.lanes),
-                parameter_summary(parameter),
-            )
-        });
-        let short = signature.given().all(|(_, p)| p.ty.extents().iter().all(|&n| n <= 32));
-        text.push('\n');
-        text.push_str(&structure(
-            "Params",
-            "the parameters, in source order",
-            fields.collect(),
-            short,
-            "    ",
-        ));
+    text.push_str(&parameters(kernel, kernel.given(), precision));
+    if kernel.once().is_some() {
+        text.push_str(&parameters(kernel, signature, precision));
     }
     text.push('\n');
     text.push_str(&output(kernel, precision));
-    for function in schedule.families() {
+    let families: BTreeSet<Function> = schedule
+        .families()
+        .into_iter()
+        .chain(kernel.once().iter().flat_map(|once| once.schedule.families()))
+        .collect();
+    for function in families {
         let definition = routine(function, precision).expect("a family is defined");
         text.push('\n');
         text.push_str(&special(function, &definition, precision));
@@ -111,6 +102,7 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
         String::new()
     };
     text.push_str(&parts);
+    text.push_str(&prepare(kernel, precision));
     let computes =
         if schedule.adds { "Adds the results to those of `out`" } else { "Computes every entry of `out`" };
     text.push_str(&format!("\n    /// {computes}.\n"));
@@ -153,6 +145,59 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text
 }
 
+/// The struct of parameters, or of what a kernel is prepared with.
+fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> String {
+    if !signature.has_given() {
+        return String::new();
+    }
+    let names = Arguments::new(signature, Target::Rust);
+    let fields = signature.given().map(|(index, parameter)| {
+        let summary = kernel.summary_of(signature, index).unwrap_or(parameter_summary(parameter));
+        (names.parameters[index].clone(), array(&parameter.ty, precision, kernel.lanes), summary)
+    });
+    let short = signature.given().all(|(_, p)| p.ty.extents().iter().all(|&n| n <= 32));
+    let summary = if signature.prepared {
+        "what the kernel reads at every call: parameters, and values computed of them"
+    } else {
+        "the parameters, in source order"
+    };
+    format!("\n{}", structure(type_of(&names), summary, fields.collect(), short, INDENT))
+}
+
+/// The type of the argument that holds parameters.
+fn type_of(names: &Arguments) -> &'static str {
+    if names.given == "prepared" { "Prepared" } else { "Params" }
+}
+
+/// What a kernel computes once, as a function; nothing for a kernel that is not prepared.
+fn prepare(kernel: &Kernel, precision: Precision) -> String {
+    let Some(once) = kernel.once() else { return String::new() };
+    let schedule = &once.schedule;
+    let signature = &schedule.signature;
+    let (indent, space) = if kernel.lanes > 1 { (12, "            ") } else { (8, "        ") };
+    let mut dialect = Rust::new(signature, precision, indent, kernel.lanes);
+    let fields = Arguments::new(&kernel.schedule.signature, Target::Rust).parameters;
+    let (kept, values) = fields.split_at(once.kept.len());
+    dialect.prepared = values.to_vec();
+    let mut text =
+        "\n    /// Computes what depends on parameters alone, once for all calls with these.\n".to_owned();
+    let arguments = ["params: &Params", "prepared: &mut Prepared"].map(str::to_owned);
+    text.push_str(&head("pub fn prepare", &arguments));
+    for (field, parameter) in kept.iter().zip(&once.kept) {
+        let source = &dialect.names.parameters[*parameter];
+        if signature.parameters[*parameter].value.is_none() {
+            text.push_str(&format!("        prepared.{field} = params.{source};\n"));
+        }
+    }
+    let statements = body(&dialect, schedule, &schedule.statements, space);
+    if kernel.lanes > 1 {
+        text.push_str(&format!("        for lane in 0..{} {{\n{statements}        }}\n", kernel.lanes));
+    } else {
+        text.push_str(&statements);
+    }
+    text + "    }\n"
+}
+
 /// The struct of the results; what they are added to is borrowed.
 fn output(kernel: &Kernel, precision: Precision) -> String {
     let schedule = &kernel.schedule;
@@ -191,7 +236,10 @@ fn results(kernel: &Kernel) -> &'static str {
 fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
     match *needed {
         Needed::Body(body, name) => format!("{name}: &{}", body.kind.row().name),
-        Needed::Parameters => "params: &Params".to_owned(),
+        Needed::Parameters(name) => {
+            let names = Arguments::new(&kernel.schedule.signature, Target::Rust);
+            format!("{name}: &{}", type_of(&names))
+        }
         Needed::Extra(extra, name) => extra_argument(extra, name, kernel.lanes, precision),
         Needed::Shared(true) => "shared: &mut Shared".to_owned(),
         Needed::Shared(false) => "shared: &Shared".to_owned(),
@@ -339,11 +387,12 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
     let unused = |read: bool| if read { "" } else { "_" };
     let mut arguments: Vec<String> = Vec::new();
     let names = Arguments::new(signature, Target::Rust);
-    for ((body, name), read) in signature.bodies.iter().zip(names.bodies).zip(reads.bodies) {
+    for ((body, name), read) in signature.bodies.iter().zip(&names.bodies).zip(reads.bodies) {
         arguments.push(format!("{}{name}: &{}", unused(read), body.kind.row().name));
     }
     if signature.has_given() {
-        arguments.push(format!("{}params: &Params", unused(reads.parameters)));
+        let (name, ty) = (names.given, type_of(&names));
+        arguments.push(format!("{}{name}: &{ty}", unused(reads.parameters)));
     }
     for (index, extra) in signature.given_extras() {
         let declared = extra_argument(extra, &names.extras[index], kernel.lanes, precision);

@@ -31,15 +31,21 @@ pub(super) struct C<'a> {
     lanes: usize,
     /// The struct of the results; none where they are added to what the caller has.
     pub(super) results: Option<String>,
+    /// The fields of what is prepared, if the statements compute that.
+    pub(super) prepared: Vec<String>,
 }
 
 impl C<'_> {
     pub(super) fn new(signature: &Signature, precision: Precision, lanes: usize) -> C<'_> {
-        C { signature, names: Arguments::new(signature, Target::C), precision, lanes, results: None }
+        let names = Arguments::new(signature, Target::C);
+        C { signature, names, precision, lanes, results: None, prepared: Vec::new() }
     }
 
     fn place(&self, output: Output) -> String {
         let (Output { part, row, column }, lane) = (output, lane(self.lanes));
+        if let Some(field) = self.prepared.get(row) {
+            return format!("prepared->{field}{lane}");
+        }
         let field = self.names.result(part);
         if part.is_list() {
             format!("out->{field}[{row}]{lane}")

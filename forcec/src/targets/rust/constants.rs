@@ -7,6 +7,7 @@ use super::{INDENT, WIDTH};
 use crate::identifiers::{Arguments, Target};
 use crate::kernel::Kernel;
 use crate::layouts::Place;
+use crate::scalar::Operations;
 use crate::schedule::{Part, Statement};
 
 /// What a program may want to know of a kernel: names, sizes, operations, which entries are always zero.
@@ -14,8 +15,6 @@ pub(super) fn constants(kernel: &Kernel) -> String {
     let schedule = &kernel.schedule;
     let signature = &schedule.signature;
     let freedoms = signature.freedoms();
-    let count = schedule.operations();
-    let counts = [count.add, count.mul, count.div, count.sqrt, count.call, count.neg];
     let matrices = schedule.parts.iter().filter(|part| !part.is_list());
     let mut nonzero: Vec<(Part, Vec<Vec<u8>>)> = matrices
         .map(|part| {
@@ -44,7 +43,7 @@ pub(super) fn constants(kernel: &Kernel) -> String {
         }
     }
     let bodies = signature.bodies.iter().map(|body| body.name.clone());
-    let parameters = signature.given().map(|(_, parameter)| parameter.name.clone());
+    let parameters = kernel.given().given().map(|(_, parameter)| parameter.name.clone());
     let place = kernel.layout.row().place;
     let mut text = String::new();
     let mut constant = |summary: &str, declared: &str, value: &str| {
@@ -71,6 +70,10 @@ pub(super) fn constants(kernel: &Kernel) -> String {
         let mut rows = rows.into_iter().map(|row| String::from_utf8_lossy(&row).into_owned());
         names(&summary, &format!("{}_NONZERO", part.to_ascii_uppercase()), &mut rows);
     }
+    if kernel.once().is_some() {
+        let mut fields = signature.given().map(|(_, parameter)| parameter.name.clone());
+        names("What is prepared, in the order of the fields.", "PREPARED", &mut fields);
+    }
     for (part, triangle) in kernel.triangles().filter(|_| place == Place::Triangle) {
         let summary = format!("Whether `{part}` is symmetric, and its upper triangle stored row by row.");
         let declared = format!("{}_TRIANGLE: bool", part.name().to_ascii_uppercase());
@@ -93,13 +96,22 @@ pub(super) fn constants(kernel: &Kernel) -> String {
             constant(&summary, &format!("{name}: [[i32; {columns}]; {count}]"), &list(&rows, INDENT));
         }
     }
+    if let Some(once) = kernel.once() {
+        let summary = "What is computed once, as `OPERATIONS` counts.";
+        constant(summary, "PREPARE_OPERATIONS: [usize; 6]", &counts_of(&once.schedule.operations()));
+    }
     constant("The name of the force function.", "NAME: &str", &format!("{:?}", kernel.name));
     constant("Degrees of freedom: the length of `force`.", "FREEDOMS: usize", &freedoms.to_string());
-    let counts: Vec<String> = counts.iter().map(ToString::to_string).collect();
     constant(
         "Additions, multiplications, divisions, square roots, calls and negations.",
         "OPERATIONS: [usize; 6]",
-        &list(&counts, INDENT),
+        &counts_of(&schedule.operations()),
     );
     text
+}
+
+/// Operations as a list.
+fn counts_of(count: &Operations) -> String {
+    let counts = [count.add, count.mul, count.div, count.sqrt, count.call, count.neg];
+    list(&counts.map(|count| count.to_string()), INDENT)
 }

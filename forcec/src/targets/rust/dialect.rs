@@ -72,16 +72,21 @@ pub(super) struct Rust<'a> {
     lanes: usize,
     /// Whether results are added to what the caller has.
     pub(super) adds: bool,
+    /// The fields of what is prepared, if the statements compute that.
+    pub(super) prepared: Vec<String>,
 }
 
 impl Rust<'_> {
     pub(super) fn new(signature: &Signature, precision: Precision, indent: usize, lanes: usize) -> Rust<'_> {
         let names = Arguments::new(signature, Target::Rust);
-        Rust { signature, names, precision, indent, lanes, adds: false }
+        Rust { signature, names, precision, indent, lanes, adds: false, prepared: Vec::new() }
     }
 
     fn place(&self, output: Output) -> String {
         let (Output { part, row, column }, lane) = (output, lane(self.lanes));
+        if let Some(field) = self.prepared.get(row) {
+            return format!("prepared.{field}{lane}");
+        }
         let field = self.names.result(part);
         if part.is_list() {
             format!("out.{field}[{row}]{lane}")
