@@ -203,8 +203,9 @@ impl Kernel {
                 let (first, values) = (once.schedule.operations(), once.values());
                 lines.push(format!("{} operations every call: {}.", count.total(), counted(&count)));
                 lines.push(format!("{} operations once: {}.", first.total(), counted(&first)));
+                let prepared = if values == 1 { "is 1 value" } else { &format!("are {values} values") };
                 lines.push(format!(
-                    "Prepared are {values} values; without them every call takes {} operations.",
+                    "Prepared {prepared}; without, every call takes {} operations.",
                     once.whole.total()
                 ));
             }

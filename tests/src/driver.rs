@@ -7,7 +7,8 @@
 use forcec::bodies::{Body, ParameterType, Signature};
 use forcec::identifiers::{Arguments, kernel_name};
 use forcec::kernel::{File, Kernel, Precision, Target};
-use forcec::outputs::Part;
+use forcec::layouts::Place;
+use forcec::outputs::{Array, Part};
 use std::fmt::Write;
 
 /// How many reals a kernel takes.
@@ -106,7 +107,7 @@ pub fn c(file: &File, states: usize) -> String {
     let mut calls = String::new();
     for kernel in &file.kernels {
         for &precision in &file.precisions {
-            let signature = &kernel.schedule.signature;
+            let signature = kernel.given();
             let real = if precision == Precision::F64 { "double" } else { "float" };
             let named = |part: &str| kernel_name(&kernel.name, Target::C, &format!("{part}_{precision}"));
             let (name, parameters, results) = (named(""), named("_params"), named("_out"));
@@ -151,15 +152,39 @@ pub fn c(file: &File, states: usize) -> String {
                 at += length;
             }
             arguments.push("&results".to_owned());
-            let call = format!("{name}({});\n", arguments.join(", "));
+            let mut call = String::new();
+            if kernel.once().is_some() {
+                let _ = writeln!(declared, "    {} prepared;", named("_prepared"));
+                let parameters = &mut arguments[signature.bodies.len()];
+                call = format!("{}({parameters}, &prepared); ", named("_prepare"));
+                *parameters = "&prepared".to_owned();
+            }
+            let _ = writeln!(call, "{name}({});", arguments.join(", "));
             let written = Written::new(kernel);
             let (places, count) = (written.places.len(), written.length);
             let (mut before, mut after) = (String::new(), String::new());
-            let _ = writeln!(
-                declared,
-                "    static const int places[] = {{ {} 0 }};",
-                written.places.iter().map(|place| format!("{place}, ")).collect::<String>()
-            );
+            if kernel.layout.row().place == Place::Shared {
+                // The tables of the header are what users read.
+                let _ = writeln!(declared, "    static int places[{places}];");
+                let mut start = 0;
+                for table in kernel.packing.iter().flat_map(|packing| &packing.tables) {
+                    let table_name = named(&format!("_{}", table.part));
+                    let _ = writeln!(
+                        before,
+                        "            memcpy(places + {start}, {table_name}, sizeof {table_name});"
+                    );
+                    start += table.entries.len();
+                }
+            } else {
+                let list: String = written.places.iter().map(|place| format!("{place}, ")).collect();
+                let _ = writeln!(declared, "    static const int places[] = {{ {list}0 }};");
+            }
+            for (part, triangle) in
+                kernel.triangles().filter(|_| kernel.layout.row().place == Place::Triangle)
+            {
+                let constant = named(&format!("_{part}_triangle"));
+                let _ = writeln!(before, "            if ({constant} != {}) abort();", u8::from(triangle));
+            }
             if kernel.schedule.adds {
                 // What is added twice to zeros is twice as large; what is always zero is not touched.
                 let _ = writeln!(declared, "    static {real} memory[{count}], *const found = memory;");
@@ -259,7 +284,7 @@ pub fn rust(file: &File, states: usize) -> String {
     let mut calls = String::new();
     for kernel in &file.kernels {
         for &precision in &file.precisions {
-            let signature = &kernel.schedule.signature;
+            let signature = kernel.given();
             let (lanes, lengths) = (kernel.lanes, argument_lengths(signature));
             let named = |suffix| kernel_name(&kernel.name, Target::Rust, suffix);
             let several = if lanes > 1 { format!("X{lanes}") } else { String::new() };
@@ -302,12 +327,36 @@ pub fn rust(file: &File, states: usize) -> String {
                 }
                 at += length;
             }
+            let prepared = kernel
+                .once()
+                .map(|_| std::mem::replace(&mut arguments[signature.bodies.len()], "&prepared".to_owned()));
             let arguments: String = arguments.iter().map(|argument| format!("{argument}, ")).collect();
             let path = format!("{stem}::{module}");
             let call = format!("            {path}::evaluate({arguments}&mut results);\n");
+            if let Some(parameters) = prepared {
+                let _ = writeln!(shared, "            let mut prepared = {path}::Prepared::default();");
+                let _ = writeln!(shared, "            {path}::prepare({parameters}, &mut prepared);");
+            }
             let written = Written::new(kernel);
-            let places = written.places.iter().map(|place| format!("{place}, ")).collect::<String>();
-            let _ = writeln!(declared, "        let places: &[i32] = &[{places}];");
+            if kernel.layout.row().place == Place::Shared {
+                // The tables of the module are what users read.
+                let table = |table: &Array<i32>| {
+                    let flat = if table.part.is_list() { "as_slice" } else { "as_flattened" };
+                    format!("{path}::{}_PLACES.{flat}(), ", table.part.name().to_ascii_uppercase())
+                };
+                let tables = kernel.packing.iter().flat_map(|packing| &packing.tables);
+                let tables: String = tables.map(table).collect();
+                let _ = writeln!(declared, "        let places: &[i32] = &[{tables}].concat();");
+            } else {
+                let places = written.places.iter().map(|place| format!("{place}, ")).collect::<String>();
+                let _ = writeln!(declared, "        let places: &[i32] = &[{places}];");
+            }
+            for (part, triangle) in
+                kernel.triangles().filter(|_| kernel.layout.row().place == Place::Triangle)
+            {
+                let constant = format!("{path}::{}_TRIANGLE", part.name().to_ascii_uppercase());
+                let _ = writeln!(declared, "        const {{ assert!({constant} == {triangle}) }};");
+            }
             let compute = if kernel.schedule.adds {
                 let fields = written.fields(kernel, Target::Rust);
                 let mut text = format!(
@@ -316,7 +365,8 @@ pub fn rust(file: &File, states: usize) -> String {
                      memory[place.unsigned_abs() as usize - 1] = 0.0;\n            }}\n",
                     written.length
                 );
-                let parts = kernel.schedule.parts.iter().map(|part| part.shape(signature));
+                let results = &kernel.schedule.signature;
+                let parts = kernel.schedule.parts.iter().map(|part| part.shape(results));
                 for (index, ((_, start), (rows, columns))) in fields.iter().zip(parts).enumerate() {
                     let list = kernel.schedule.parts[index].is_list();
                     let row = if list { "0.0".to_owned() } else { format!("[0.0; {columns}]") };

@@ -96,25 +96,34 @@ const KINDS: [(&str, &[&str]); 3] = [
 /// A kernel that is several functions, unless it computes several instances.
 const LONG: &str = "bushing";
 
-/// Kernels of the library in every layout, for one instance and for several, a file each.
-pub fn laid_out() -> Vec<ForceFile> {
+/// Kernels of the library in every layout, for one instance and for several, and some of these prepared, a file each with
+/// the precisions that it is tried in: one instance in both, several in one.
+pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
     let mut text = String::new();
     for (stem, _) in KINDS {
         let file = library_text(stem);
         file.lines().filter(|line| !line.starts_with("//!")).for_each(|line| text.extend([line, "\n"]));
     }
     let source = Source::new("kinds.rs", text);
-    let ways = LAYOUTS.iter().flat_map(|row| LANES.map(|lanes| (row.layout, lanes)));
-    let requests = ways.map(|(layout, lanes)| Request { layout, lanes, ..Request::default() });
-    let requests = requests.filter(|request| {
-        (request.layout, request.lanes) != (Layout::Dense, 1) && request.impossible().is_none()
-    });
+    let all = LAYOUTS.iter().flat_map(|row| LANES.map(|lanes| (row.layout, lanes)));
+    let ways = all.filter(|way| *way != (Layout::Dense, 1)).map(|way| (way, false));
+    let prepared = [(Layout::Dense, 1), (Layout::Packed, 4), (Layout::Accumulate, 1), (Layout::System, 8)];
+    let ways = ways.chain(prepared.map(|way| (way, true)));
+    let requests =
+        ways.map(|((layout, lanes), prepare)| Request { layout, lanes, prepare, ..Request::default() });
+    let requests = requests.filter(|request| request.impossible().is_none());
     parallel(requests.collect(), |request: Request| {
         let chosen = |name: &str| KINDS.iter().any(|(_, names)| names.contains(&name));
         let wanted = |name: &str| chosen(name) || name == LONG && request.lanes == 1;
         let compiled = compile(&source, &wanted, request.clone());
         let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
-        ForceFile { stem: "kinds".to_owned(), compiled }
+        let precisions: &[Precision] = match request.lanes {
+            1 => &[Precision::F64, Precision::F32],
+            4 => &[Precision::F64],
+            _ => &[Precision::F32],
+        };
+        let stem = if request.prepare { "prepared_kinds" } else { "kinds" };
+        (ForceFile { stem: stem.to_owned(), compiled }, precisions)
     })
 }
 
@@ -125,7 +134,7 @@ fn library_text(stem: &str) -> String {
 }
 
 /// A file of the library as it is asked for.
-fn requested(stem: &str, request: Request) -> ForceFile {
+pub fn requested(stem: &str, request: Request) -> ForceFile {
     let compiled = compile(&Source::new(format!("{stem}.rs"), library_text(stem)), &|_| true, request);
     let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
     ForceFile { stem: stem.to_owned(), compiled }

@@ -186,7 +186,10 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
     text.push_str(&tables(kernel, precision));
     if kernel.once().is_some() {
-        let remark = format!("What {} computes of parameters alone, once.", named(kernel, "", precision));
+        let remark = format!(
+            "Computes what {} reads at every call, once for all calls with these parameters.",
+            named(kernel, "", precision)
+        );
         text.push_str(&comment(&[remark], ""));
         text.push_str(&format!("{};\n\n", prepare::head(kernel, precision, false)));
     }

@@ -27,7 +27,7 @@ pub(super) fn definition(kernel: &Kernel, precision: Precision) -> String {
     let fields = Arguments::new(&kernel.schedule.signature, Target::C).parameters;
     let (kept, values) = fields.split_at(once.kept.len());
     dialect.prepared = values.to_vec();
-    let remark = format!("What {} reads at every call.", named(kernel, "", precision));
+    let remark = format!("Computes what {} reads at every call.", named(kernel, "", precision));
     let mut text = comment(&[remark], "");
     text.push_str(&format!("{}\n{{\n", head(kernel, precision, true)));
     for (field, parameter) in kept.iter().zip(&once.kept) {
