@@ -244,8 +244,8 @@ impl Builder<'_> {
 
     /// Rows that are the negatives of others.
     fn negated(&mut self, negated: &Negated) {
-        let Negated { part, ref rows, from } = *negated;
-        self.statements.push(Statement::Negated { part, rows: rows.clone(), from });
+        let Negated { part, ref rows, of, from } = *negated;
+        self.statements.push(Statement::Negated { part, rows: rows.clone(), of, from });
     }
 
     /// Rows that are multiples of one row.

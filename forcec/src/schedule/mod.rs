@@ -204,6 +204,8 @@ pub enum Statement {
         part: Part,
         /// Its rows.
         rows: Range<usize>,
+        /// The result that the others are rows of.
+        of: Part,
         /// The first of the others.
         from: usize,
     },

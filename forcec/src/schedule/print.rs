@@ -49,8 +49,8 @@ pub trait Dialect {
     fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String>;
     /// A row of outputs is a factor times a temporary row.
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String>;
-    /// Rows of outputs are the negatives of those that begin with another.
-    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String>;
+    /// Rows of outputs are the negatives of those of a result that begin with another.
+    fn negated(&self, part: Part, rows: &Range<usize>, of: Part, from: usize) -> Vec<String>;
     /// Every output is zero where a condition holds, and the kernel is done.
     fn leave(&self, condition: &str) -> Vec<String>;
     /// A remark on a line of its own.
@@ -77,7 +77,7 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
         Statement::Scaled { part, row, factor, columns } => {
             dialect.scaled(*part, *row, &printer.text(factor), &variables[columns.index()])
         }
-        Statement::Negated { part, rows, from } => dialect.negated(*part, rows, *from),
+        Statement::Negated { part, rows, of, from } => dialect.negated(*part, rows, *of, *from),
         Statement::Heading(part) => dialect.remark(&part.titled(dialect.signature())),
         Statement::Leave(holds) => dialect.leave(&printer.text(holds)),
     }
@@ -321,8 +321,9 @@ impl Dialect for Plain<'_> {
         vec![format!("{row} = {factor} * {}", columns.name)]
     }
 
-    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
-        let [rows, others] = [rows, &(from..from + rows.len())].map(|rows| spans(part, rows, &[], self.0));
+    fn negated(&self, part: Part, rows: &Range<usize>, of: Part, from: usize) -> Vec<String> {
+        let others = from..from + rows.len();
+        let [rows, others] = [(part, rows), (of, &others)].map(|(part, rows)| spans(part, rows, &[], self.0));
         vec![format!("{rows} = -{others}")]
     }
 

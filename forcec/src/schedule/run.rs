@@ -49,10 +49,10 @@ impl Schedule {
                         outputs[at(*part, *row, column)] = Some(factor * value.clone());
                     }
                 }
-                Statement::Negated { part, rows, from } => {
+                Statement::Negated { part, rows, of, from } => {
                     for (index, row) in rows.clone().enumerate() {
                         for column in 0..shape(part).1 {
-                            let value = outputs[at(*part, from + index, column)].clone()?;
+                            let value = outputs[at(*of, from + index, column)].clone()?;
                             outputs[at(*part, row, column)] = Some(-value);
                         }
                     }

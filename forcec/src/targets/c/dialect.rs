@@ -11,6 +11,7 @@ use crate::ops::Function;
 use crate::schedule::print::{Dialect, together};
 use crate::schedule::{Output, Part, Variable};
 use crate::targets::{decimal, lane, slot_path, spelled, template};
+use std::cmp::Ordering;
 use std::ops::Range;
 use std::slice::from_ref;
 
@@ -215,17 +216,23 @@ impl Dialect for C<'_> {
         C::body(each, format!("out->{part}[{row}][j] = {factor} * {columns}[j];"))
     }
 
-    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
-        let (count, part) = (part.shape(self.signature).1, self.names.result(part));
-        let back = rows.start - from;
+    fn negated(&self, part: Part, rows: &Range<usize>, of: Part, from: usize) -> Vec<String> {
+        let count = part.shape(self.signature).1;
+        let [part, of] = [part, of].map(|part| self.names.result(part));
+        let each = format!("for (int j = 0; j < {count}; j++)");
         if rows.len() == 1 {
-            let (row, each) = (rows.start, format!("for (int j = 0; j < {count}; j++)"));
-            return C::body(each, format!("out->{part}[{row}][j] = -out->{part}[{from}][j];"));
+            let row = rows.start;
+            return C::body(each, format!("out->{part}[{row}][j] = -out->{of}[{from}][j];"));
         }
-        vec![
-            format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),
-            format!("    for (int j = 0; j < {count}; j++) out->{part}[i][j] = -out->{part}[i - {back}][j];"),
-        ]
+        let other = match rows.start.cmp(&from) {
+            Ordering::Less => format!("i + {}", from - rows.start),
+            Ordering::Equal => "i".to_owned(),
+            Ordering::Greater => format!("i - {}", rows.start - from),
+        };
+        let mut lines = vec![format!("for (int i = {}; i < {}; i++)", rows.start, rows.end)];
+        let body = C::body(each, format!("out->{part}[i][j] = -out->{of}[{other}][j];"));
+        lines.extend(body.into_iter().map(|line| format!("    {line}")));
+        lines
     }
 
     fn leave(&self, condition: &str) -> Vec<String> {

@@ -22,6 +22,8 @@ pub(super) fn constants(kernel: &Kernel) -> String {
             (*part, vec![vec![b'.'; columns]; rows])
         })
         .collect();
+    let matrices: Vec<Part> = nonzero.iter().map(|(part, _)| *part).collect();
+    let place = |part: Part| matrices.iter().position(|found| *found == part);
     for statement in &schedule.statements {
         let (part, rows) = match statement {
             Statement::Store(output, _) | Statement::Add(output, ..) => {
@@ -31,14 +33,17 @@ pub(super) fn constants(kernel: &Kernel) -> String {
             Statement::Negated { part, rows, .. } => (*part, rows.clone()),
             _ => continue,
         };
-        let Some((_, matrix)) = nonzero.iter_mut().find(|(found, _)| *found == part) else { continue };
+        let Some(matrix) = place(part) else { continue };
         for row in rows.clone() {
             match statement {
                 Statement::Store(output, _) | Statement::Add(output, ..) => {
-                    matrix[row][output.column] = b'x';
+                    nonzero[matrix].1[row][output.column] = b'x';
                 }
-                Statement::Negated { from, .. } => matrix[row] = matrix[from + row - rows.start].clone(),
-                _ => matrix[row].fill(b'x'),
+                Statement::Negated { of, from, .. } => {
+                    let Some(other) = place(*of) else { continue };
+                    nonzero[matrix].1[row] = nonzero[other].1[from + row - rows.start].clone();
+                }
+                _ => nonzero[matrix].1[row].fill(b'x'),
             }
         }
     }

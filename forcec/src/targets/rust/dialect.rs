@@ -231,10 +231,10 @@ impl Dialect for Rust<'_> {
         vec![format!("out.{part}[{row}] = {columns}.map(|column| {factor} * column);")]
     }
 
-    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
-        let part = self.names.result(part);
+    fn negated(&self, part: Part, rows: &Range<usize>, of: Part, from: usize) -> Vec<String> {
+        let [part, of] = [part, of].map(|part| self.names.result(part));
         let pairs = rows.clone().zip(from..);
-        pairs.map(|(row, other)| format!("out.{part}[{row}] = out.{part}[{other}].map(|x| -x);")).collect()
+        pairs.map(|(row, other)| format!("out.{part}[{row}] = out.{of}[{other}].map(|x| -x);")).collect()
     }
 
     fn leave(&self, condition: &str) -> Vec<String> {
