@@ -5,6 +5,7 @@
 //! What is known while compiling stands in it too: bodies that never move, parameters that never change.
 
 use crate::exact::Exact;
+use crate::outputs::Piece;
 
 /// How a stored field of a body moves along the body's tangent coordinates.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -185,8 +186,10 @@ pub struct Signature {
     pub rows: usize,
     /// What some results take beside bodies and parameters, as arguments of their own: a time step, a direction.
     pub extras: Vec<Parameter>,
-    /// Entries of the list that a packed kernel writes.
-    pub packed: usize,
+    /// What a layout stores in place of results.
+    pub pieces: Vec<Piece>,
+    /// Whether the parameters are what the kernel is prepared with: values computed from those of the source.
+    pub prepared: bool,
 }
 
 /// One real entry of an argument: an argument, a field of it, and a flat offset in memory order.

@@ -103,6 +103,12 @@ impl Build {
         self
     }
 
+    /// Whether what depends on parameters alone is computed once, by a function of its own.
+    pub fn prepare(mut self, prepare: bool) -> Build {
+        self.request.prepare = prepare;
+        self
+    }
+
     /// A body that never moves. May be repeated.
     pub fn fixed(mut self, body: impl Into<String>) -> Build {
         self.request.known.fixed.push(body.into());

@@ -6,14 +6,15 @@ use crate::definition::{Definition, Law, Row};
 use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::{Dialect, Formulas};
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, Once, Preparation};
 use crate::optimize::{Optimized, optimize};
 pub use crate::options::Request;
 use crate::options::{Choice, one_of};
 use crate::outputs::{Axis, Part};
 use crate::plan::Mode;
+use crate::prepare::{self, Split};
 use crate::scalar::{Program, Step};
-use crate::schedule::{Style, schedule};
+use crate::schedule::{Schedule, Style, schedule};
 use crate::span::Source;
 use crate::specialize::{Specialization, remarks};
 use crate::syntax::ast::Function;
@@ -119,7 +120,8 @@ fn misfits(
     let mut errors = Vec::new();
     let Some(function) = file.function(&definition.name) else { return errors };
     for stated in &function.options {
-        if let (Choice::Outputs(_), Some((message, help))) = (&stated.choice, request.conflict()) {
+        let names = matches!(stated.choice, Choice::Outputs(_) | Choice::Lanes(_));
+        if let Some((message, help)) = request.conflict().filter(|_| names && errors.is_empty()) {
             errors.push(Diagnostic::error(stated.span, message, "stated here").help(help));
         }
         let Choice::Known(known) = &stated.choice else { continue };
@@ -198,9 +200,19 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: Request
     }
     let plan = request.plan;
     let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
-    let style = Style { strict: plan.mode == Mode::Strict, fma: plan.fma, single: request.lanes > 1 };
-    let laid = request.layout.lay(&optimized.program);
-    let schedule = schedule(laid.as_ref().map_or(&optimized.program, |(program, _)| program), style);
+    let style = Style {
+        strict: plan.mode == Mode::Strict,
+        fma: plan.fma,
+        single: request.lanes > 1,
+        adds: request.layout.row().adds,
+    };
+    let laid = request.layout.lay(&optimized.program, definition.symmetric());
+    let program = laid.as_ref().map_or(&optimized.program, |(program, _)| program);
+    let (schedule, preparation) = if request.prepare {
+        prepared(program, style)
+    } else {
+        (schedule(program, style), Preparation::Unasked)
+    };
     let time = started.elapsed();
     let kernel = Kernel {
         name: format!(
@@ -215,11 +227,25 @@ fn stages(file: &syntax::ast::File, mut definition: Definition, request: Request
         layout: request.layout,
         packing: laid.map(|(_, packing)| packing),
         lanes: request.lanes,
+        preparation,
     };
     let source = check::elaborate(file, &definition.name, &request.known);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
     let Optimized { program, formulation, report } = optimized;
     Stages { ast, definition, source, program, formulation, report, kernel, time }
+}
+
+/// The statements of a program in which what depends on parameters alone is computed once.
+fn prepared(program: &Program, style: Style) -> (Schedule, Preparation) {
+    let whole = schedule(program, style);
+    match prepare::split(program, style.strict) {
+        None => (whole, Preparation::Nothing),
+        Some(Split { once, rest, kept }) => {
+            let first = schedule(&once, Style { adds: false, ..style });
+            let once = Once { schedule: first, kept, whole: whole.operations() };
+            (schedule(&rest, style), Preparation::Once(Box::new(once)))
+        }
+    }
 }
 
 /// Longer definitions are left to `forcec show`.

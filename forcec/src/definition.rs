@@ -1,6 +1,8 @@
 //! What the front end hands on: one checked force function as values of a vector graph.
 
+use crate::bodies::BodyKind;
 use crate::diagnostic::Diagnostic;
+use crate::outputs::Part;
 use crate::span::Span;
 use crate::vector::{Graph, Real, Vector};
 
@@ -31,6 +33,19 @@ pub struct Singular {
     pub ends: Vec<f64>,
     /// What there is to say about it.
     pub warning: Diagnostic,
+}
+
+impl Definition {
+    /// The derivatives that are symmetric whatever the function computes: ∂F/∂V of a constraint is −Jᵀ D J; ∂F/∂X of an
+    /// energy is a Hessian where nothing turns.
+    pub fn symmetric(&self) -> &'static [Part] {
+        let mut bodies = self.graph.signature.moving();
+        match self.law {
+            Law::Constraint { .. } => &[Part::Dfdv],
+            Law::Energy(_) if bodies.all(|(_, body)| body.kind == BodyKind::PARTICLE) => &[Part::Dfdx],
+            _ => &[],
+        }
+    }
 }
 
 /// What a force function states.

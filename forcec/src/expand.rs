@@ -338,7 +338,9 @@ impl Functions {
 /// Whether a kernel is one that the runtime calls: F and its derivatives of every body, in full, one instance at a time.
 fn is_tied(function: &Stages) -> bool {
     let (kernel, bodies) = (&function.kernel, &function.definition.graph.signature.bodies);
-    let whole = function.outputs() == Part::DEFAULT && (kernel.layout, kernel.lanes) == (Layout::Dense, 1);
+    let whole = function.outputs() == Part::DEFAULT
+        && (kernel.layout, kernel.lanes) == (Layout::Dense, 1)
+        && kernel.once().is_none();
     whole && bodies.iter().all(|body| !body.fixed)
 }
 

@@ -5,6 +5,7 @@
 //! each is spelled as its target wants it, and where that is taken gets `_` behind it, or else a number.
 
 use crate::bodies::Signature;
+use crate::outputs::{Part, Piece};
 use rustc_hash::FxHashSet;
 use std::sync::LazyLock;
 
@@ -87,7 +88,7 @@ fn is_no_field(name: &str, target: Target) -> bool {
 /// Whether a body or a temporary may not be called so, in any target: it would hide a function, or a type.
 pub(crate) fn is_no_local(name: &str) -> bool {
     static WORDS: LazyLock<FxHashSet<String>> = LazyLock::new(|| {
-        let words = [C_WORDS, RUST_WORDS, LOCAL_WORDS, "out params shared"].into_iter();
+        let words = [C_WORDS, RUST_WORDS, LOCAL_WORDS, "out params prepared shared"].into_iter();
         let words = words.flat_map(str::split_ascii_whitespace).map(str::to_owned);
         let functions = LOCAL_WORDS.split_ascii_whitespace();
         let precise = functions.flat_map(|name| [format!("{name}f"), format!("{name}l")]);
@@ -141,10 +142,14 @@ fn distinct(names: &[(&str, String)], reserved: impl Fn(&str) -> bool) -> Vec<St
 pub struct Arguments {
     /// The bodies, which stand beside `params`, `out` and the temporaries.
     pub bodies: Vec<String>,
+    /// The struct of the parameters.
+    pub given: &'static str,
     /// The parameters, fields of a struct.
     pub parameters: Vec<String>,
     /// What some results take beside these, arguments like the bodies.
     pub extras: Vec<String>,
+    /// What a layout stores in place of results, fields of a struct.
+    pub pieces: Vec<String>,
 }
 
 impl Arguments {
@@ -158,10 +163,23 @@ impl Arguments {
         let extras = signature.extras.iter().map(|extra| (extra.name.as_str(), extra.name.clone()));
         let mut locals = distinct(&bodies.chain(extras).collect::<Vec<_>>(), is_no_local);
         let extras = locals.split_off(signature.bodies.len());
+        let fields = |names: &[(&str, String)]| distinct(names, |name| is_no_field(name, target));
+        let pieces: Vec<String> = signature.pieces.iter().map(Piece::name).collect();
+        let pieces: Vec<_> = pieces.iter().map(|name| (name.as_str(), spelled(name, target))).collect();
         Arguments {
             bodies: locals,
             extras,
-            parameters: distinct(&parameters.collect::<Vec<_>>(), |name| is_no_field(name, target)),
+            given: if signature.prepared { "prepared" } else { "params" },
+            parameters: fields(&parameters.collect::<Vec<_>>()),
+            pieces: fields(&pieces),
+        }
+    }
+
+    /// The field of a result.
+    pub fn result(&self, part: Part) -> &str {
+        match part {
+            Part::List(place) | Part::Block(place) => &self.pieces[place as usize],
+            part => part.name(),
         }
     }
 }
@@ -179,8 +197,8 @@ pub fn kernel_name(kernel: &str, target: Target, suffix: &str) -> String {
 
 /// Everything that is defined for a kernel of this name beside other kernels.
 pub(crate) fn defined_for(kernel: &str) -> Vec<(Target, String)> {
-    let suffixes =
-        [(Target::C, ["_f64", "_params_f64", "_out_f64"].as_slice()), (Target::Rust, &["", "_f32"])];
+    let c = ["_f64", "_params_f64", "_out_f64", "_prepare_f64", "_prepared_f64"];
+    let suffixes = [(Target::C, c.as_slice()), (Target::Rust, &["", "_f32"])];
     let named = |(target, suffixes): (Target, &[&'static str])| {
         suffixes.iter().map(move |suffix| (target, kernel_name(kernel, target, suffix))).collect::<Vec<_>>()
     };

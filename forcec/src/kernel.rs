@@ -1,8 +1,13 @@
 //! What the targets print: scheduled kernels, and the file they stand in.
 
+use crate::bodies::{Signature, Slot};
+use crate::exact::Exact;
 pub use crate::identifiers::Target;
 use crate::layouts::{Layout, Packing};
+use crate::number::Number;
+use crate::outputs::{Part, Piece};
 pub use crate::plan::Precision;
+use crate::scalar::Operations;
 use crate::schedule::Schedule;
 
 /// One force function, ready to be printed.
@@ -18,16 +23,105 @@ pub struct Kernel {
     pub schedule: Schedule,
     /// How its results are laid out.
     pub layout: Layout,
-    /// Where the entries of its results stand, if it writes them as a list.
+    /// Where the entries of its results stand, if it does not write them as full arrays.
     pub packing: Option<Packing>,
     /// How many instances it computes at once.
     pub lanes: usize,
+    /// What it is given instead of parameters.
+    pub preparation: Preparation,
+}
+
+/// Whether a part of a kernel is computed once.
+#[derive(Clone, Debug)]
+pub enum Preparation {
+    /// That was not asked for.
+    Unasked,
+    /// Nothing in it depends on parameters alone.
+    Nothing,
+    /// The kernel reads parameters and values that are computed once.
+    Once(Box<Once>),
+}
+
+/// What is computed once.
+#[derive(Clone, Debug)]
+pub struct Once {
+    /// The statements that compute the values, from the parameters of the source.
+    pub schedule: Schedule,
+    /// The parameters that the kernel still reads, by position; they come before the values.
+    pub kept: Vec<usize>,
+    /// What every call takes where nothing is computed once.
+    pub whole: Operations,
+}
+
+impl Once {
+    /// How many values there are.
+    pub fn values(&self) -> usize {
+        self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature)).sum()
+    }
 }
 
 impl Kernel {
+    /// The signature whose parameters are those of the source.
+    pub fn given(&self) -> &Signature {
+        self.once().map_or(&self.schedule.signature, |once| &once.schedule.signature)
+    }
+
+    /// What a parameter is that the kernel is prepared with, if it is computed.
+    pub fn summary_of(&self, signature: &Signature, parameter: usize) -> Option<String> {
+        let kept = self.once().filter(|_| signature.prepared)?.kept.len();
+        (parameter >= kept).then(|| "computed once".to_owned())
+    }
+
+    /// What is computed once, if anything is.
+    pub fn once(&self) -> Option<&Once> {
+        match &self.preparation {
+            Preparation::Once(once) => Some(once),
+            _ => None,
+        }
+    }
+
+    /// What it computes, given the arguments of the source: the full results, row by row. `None` if an entry is never
+    /// written: a defect of the schedule.
+    pub fn evaluate<N: Number>(&self, inputs: &dyn Fn(Slot) -> N) -> Option<Vec<N>> {
+        let found = match self.once() {
+            None => self.schedule.evaluate(inputs)?,
+            Some(once) => {
+                let values = once.schedule.evaluate(inputs)?;
+                let values: Vec<&N> = values.iter().collect();
+                let (given, signature) = (&once.schedule.signature, &self.schedule.signature);
+                self.schedule.evaluate(&|slot| {
+                    let Some(place) = (slot.argument as usize).checked_sub(signature.bodies.len()) else {
+                        return inputs(slot);
+                    };
+                    match (once.kept.get(place), signature.extra(slot)) {
+                        (Some(parameter), _) => inputs(given.parameter_slot(*parameter, slot.offset)),
+                        (_, Some(extra)) => {
+                            inputs(given.parameter_slot(given.parameters.len() + extra, slot.offset))
+                        }
+                        _ => values[place - once.kept.len()].clone(),
+                    }
+                })?
+            }
+        };
+        let stored: Vec<N> = found.iter().cloned().collect();
+        Some(match &self.packing {
+            Some(packing) => packing.unpack(&stored, &N::exact(&Exact::ZERO)),
+            None => stored,
+        })
+    }
+
     /// A kernel of one instance whose results are full arrays.
     pub fn dense(name: String, docs: Vec<String>, formulas: Vec<String>, schedule: Schedule) -> Kernel {
-        Kernel { name, docs, formulas, schedule, layout: Layout::Dense, packing: None, lanes: 1 }
+        Kernel {
+            name,
+            docs,
+            formulas,
+            schedule,
+            layout: Layout::Dense,
+            packing: None,
+            lanes: 1,
+            preparation: Preparation::Unasked,
+        }
     }
 }
 
@@ -42,6 +136,12 @@ pub struct File {
     pub kernels: Vec<Kernel>,
     /// The precisions asked for, in order.
     pub precisions: Vec<Precision>,
+}
+
+/// Operations, kind by kind.
+fn counted(count: &Operations) -> String {
+    let Operations { add, mul, div, sqrt, call, neg } = count;
+    format!("{add} add, {mul} mul, {div} div, {sqrt} sqrt, {call} call; {neg} negations")
 }
 
 impl File {
@@ -60,30 +160,48 @@ impl Kernel {
         let count = self.schedule.operations();
         let freedoms = self.schedule.signature.freedoms();
         let (outputs, nonzero) = match &self.packing {
-            Some(packing) => (packing.places().count(), packing.places().filter(|place| *place != 0).count()),
+            Some(packing) => (packing.places().count(), packing.nonzero),
             None => {
                 let lengths = self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature));
                 (lengths.sum(), self.schedule.nonzero)
             }
         };
-        lines.push(format!(
-            "{} operations: {} add, {} mul, {} div, {} sqrt, {} call; {} negations.",
-            count.total(),
-            count.add,
-            count.mul,
-            count.div,
-            count.sqrt,
-            count.call,
-            count.neg
-        ));
+        match &self.preparation {
+            Preparation::Unasked => lines.push(format!("{} operations: {}.", count.total(), counted(&count))),
+            Preparation::Nothing => {
+                lines.push(format!("{} operations: {}.", count.total(), counted(&count)));
+                lines.push(
+                    "None of them depends on parameters alone: there is nothing to prepare.".to_owned(),
+                );
+            }
+            Preparation::Once(once) => {
+                let (first, values) = (once.schedule.operations(), once.values());
+                lines.push(format!("{} operations every call: {}.", count.total(), counted(&count)));
+                lines.push(format!("{} operations once: {}.", first.total(), counted(&first)));
+                let prepared = if values == 1 { "is 1 value" } else { &format!("are {values} values") };
+                lines.push(format!(
+                    "Prepared {prepared}; without, every call takes {} operations.",
+                    once.whole.total()
+                ));
+            }
+        }
         lines.push(format!(
             "{freedoms} degrees of freedom; of {outputs} outputs {} are not zero, {} of these distinct up to sign.",
             nonzero, self.schedule.distinct
         ));
+        lines.extend(self.packing.iter().flat_map(|packing| &packing.remarks).cloned());
         if self.lanes > 1 {
             lines.push(format!("{} instances at once; operations are those of one.", self.lanes));
         }
         lines
+    }
+
+    /// The matrices among the results, each with whether its upper triangle is stored and nothing else.
+    pub fn triangles(&self) -> impl Iterator<Item = (Part, bool)> + '_ {
+        let matrices = self.packing.iter().flat_map(|packing| &packing.tables).map(|table| table.part);
+        let pieces = &self.schedule.signature.pieces;
+        let triangle = move |part: Part| (part, pieces.contains(&Piece::Triangle(part)));
+        matrices.filter(|part| !part.is_list()).map(triangle)
     }
 
     /// The first paragraph of the doc comment.

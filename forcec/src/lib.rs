@@ -31,6 +31,7 @@ pub mod optimize;
 pub mod options;
 pub mod outputs;
 pub mod plan;
+pub mod prepare;
 pub mod scalar;
 pub mod schedule;
 pub mod span;

@@ -24,6 +24,8 @@ pub struct Request {
     pub layout: Layout,
     /// How many instances a kernel computes at once.
     pub lanes: usize,
+    /// Whether what depends on parameters alone is computed once, by a function of its own.
+    pub prepare: bool,
     /// The precisions to print; empty where whoever prints decides.
     pub precisions: Vec<Precision>,
     /// The languages to print; empty where whoever prints decides.
@@ -40,6 +42,7 @@ impl Default for Request {
             outputs: Part::DEFAULT.to_vec(),
             layout: Layout::Dense,
             lanes: 1,
+            prepare: false,
             precisions: Vec::new(),
             targets: Vec::new(),
             settled: false,
@@ -63,6 +66,7 @@ impl Request {
                 Choice::Outputs(parts) => self.outputs = parts.clone(),
                 Choice::Layout(layout) => self.layout = *layout,
                 Choice::Lanes(lanes) => self.lanes = *lanes,
+                Choice::Prepare => self.prepare = true,
                 Choice::Known(known) => self.known.add(known),
                 Choice::Real(precisions) => self.precisions = precisions.clone(),
                 Choice::Target(targets) => self.targets = targets.clone(),
@@ -88,9 +92,18 @@ impl Request {
 
     /// Why this cannot be had, and what to write.
     pub fn conflict(&self) -> Option<(String, &'static str)> {
-        let computes = self.layout.row().computes.is_some() && self.outputs != Part::DEFAULT;
-        let message = format!("the layout `{}` says itself what is computed", self.layout.row().name);
-        computes.then_some((message, "leave `outputs` out"))
+        let row = self.layout.row();
+        if row.computes.is_some() && self.outputs != Part::DEFAULT {
+            let message = format!("the layout `{}` says itself what is computed", row.name);
+            return Some((message, "leave `outputs` out"));
+        }
+        (row.adds && self.lanes > 1).then(|| {
+            let message = format!(
+                "the layout `{}` adds to what one instance is given, and {} lanes may share a body",
+                row.name, self.lanes
+            );
+            (message, "leave `lanes` out, or add what the layout `blocks` computes")
+        })
     }
 }
 
@@ -121,6 +134,8 @@ pub enum Choice {
     Layout(Layout),
     /// How many instances at once.
     Lanes(usize),
+    /// What depends on parameters alone is computed once.
+    Prepare,
     /// Bodies that never move, or parameters with a value.
     Known(Specialization),
     /// The precisions of kernels.
@@ -163,7 +178,7 @@ pub struct OptionRow {
 }
 
 /// Every option, in the order in which they are listed.
-pub static OPTIONS: [OptionRow; 10] = [
+pub static OPTIONS: [OptionRow; 11] = [
     OptionRow {
         name: "effort",
         takes: Takes::One,
@@ -223,6 +238,15 @@ pub static OPTIONS: [OptionRow; 10] = [
         },
         example: "lanes = 4",
         summary: "How many instances a kernel computes at once, from structures of arrays",
+    },
+    OptionRow {
+        name: "prepare",
+        takes: Takes::Nothing,
+        noun: "",
+        values: Vec::new,
+        read: |_| Some(Choice::Prepare),
+        example: "prepare",
+        summary: "Compute what depends on parameters alone once, in a function of its own",
     },
     OptionRow {
         name: "fixed",

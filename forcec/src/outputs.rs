@@ -30,8 +30,10 @@ pub enum Part {
     DfdxProduct,
     /// ∂F/∂V p
     DfdvProduct,
-    /// The distinct entries of other results
-    Entries,
+    /// A list that a layout makes of other results, by its position in the signature
+    List(u16),
+    /// A matrix that a layout makes of other results, by its position in the signature
+    Block(u16),
 }
 
 /// What the rows or columns of a result count.
@@ -41,7 +43,7 @@ pub enum Axis {
     Row,
     /// Coordinates of the bodies that move.
     Coordinate,
-    /// Entries of a list that tables refer to.
+    /// Entries of a piece that a layout makes.
     Entry,
 }
 
@@ -88,7 +90,7 @@ pub struct PartRow {
 }
 
 /// Every result, in the order in which they are stored.
-pub static PARTS: [PartRow; 11] = [
+pub static PARTS: [PartRow; 12] = [
     PartRow {
         part: Part::Value,
         name: "value",
@@ -180,27 +182,112 @@ pub static PARTS: [PartRow; 11] = [
         summary: "dF/dV times the `direction`",
     },
     PartRow {
-        part: Part::Entries,
-        name: "entries",
-        title: "entries",
+        part: Part::List(0),
+        name: "list",
+        title: "list",
         rows: Axis::Entry,
         columns: None,
         extra: None,
-        summary: "each distinct entry of the results that is not zero, once",
+        summary: "a list of entries of other results",
+    },
+    PartRow {
+        part: Part::Block(0),
+        name: "block",
+        title: "block",
+        rows: Axis::Entry,
+        columns: Some(Axis::Entry),
+        extra: None,
+        summary: "some rows and columns of another result",
     },
 ];
+
+/// What a layout stores in place of results, or of a part of one. The names are those of the source.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Piece {
+    /// So many entries of all results, in a list.
+    Entries(usize),
+    /// Some rows, and columns if it has any, of a result.
+    Block {
+        /// Which result.
+        part: Part,
+        /// Its rows, those of a body unless they count otherwise.
+        rows: Range<usize>,
+        /// Its columns, those of a body; 0 .. 1 of a list.
+        columns: Range<usize>,
+        /// What the rows and columns belong to: the names of bodies.
+        of: Vec<String>,
+    },
+    /// The upper triangle of a symmetric matrix, row by row.
+    Triangle(Part),
+    /// Values that are computed once, by their names.
+    Values(Vec<String>),
+}
+
+impl Piece {
+    /// The name of its field.
+    pub fn name(&self) -> String {
+        match self {
+            Piece::Entries(_) => "entries".to_owned(),
+            Piece::Block { part, of, .. } => [&[part.name().to_owned()], of.as_slice()].concat().join("_"),
+            Piece::Triangle(part) => part.name().to_owned(),
+            Piece::Values(_) => "prepared".to_owned(),
+        }
+    }
+
+    /// What it is, for the generated documentation.
+    pub fn summary(&self) -> String {
+        match self {
+            Piece::Entries(_) => "each distinct entry of the results that is not zero, once".to_owned(),
+            Piece::Block { part, of, .. } => match (of.as_slice(), part.row().rows) {
+                ([], _) => part.row().summary.to_owned(),
+                ([column], Axis::Row) => format!("{}, columns of `{column}`", part.title()),
+                ([row], _) => format!("{}, rows of `{row}`", part.title()),
+                (bodies, _) => {
+                    format!("{}, rows of `{}`, columns of `{}`", part.title(), bodies[0], bodies[1])
+                }
+            },
+            Piece::Triangle(part) => format!("{}, its upper triangle row by row", part.title()),
+            Piece::Values(_) => "what is computed once".to_owned(),
+        }
+    }
+
+    /// What a reader calls it.
+    pub fn title(&self) -> String {
+        match self {
+            Piece::Entries(_) => "entries".to_owned(),
+            Piece::Block { part, of, .. } if !of.is_empty() => format!("{}: {}", part.title(), of.join(", ")),
+            Piece::Block { part, .. } | Piece::Triangle(part) => part.title().to_owned(),
+            Piece::Values(_) => "what is computed once".to_owned(),
+        }
+    }
+
+    /// How many rows and columns it has.
+    fn shape(&self, signature: &Signature) -> (usize, usize) {
+        match self {
+            Piece::Entries(count) => (*count, 1),
+            Piece::Values(names) => (names.len(), 1),
+            Piece::Block { rows, columns, .. } => (rows.len(), columns.len()),
+            Piece::Triangle(part) => {
+                let (rows, _) = part.shape(signature);
+                (rows * (rows + 1) / 2, 1)
+            }
+        }
+    }
+}
 
 impl Part {
     /// What kernels compute unless told otherwise.
     pub const DEFAULT: [Part; 3] = [Part::Force, Part::Dfdx, Part::Dfdv];
 
     /// What may be asked for, and what it stands for: `value` is C with its rate.
-    pub const CHOICES: [(&'static str, &'static [Part]); 7] = [
+    pub const CHOICES: [(&'static str, &'static [Part]); 9] = [
         ("value", &[Part::Value, Part::Rate]),
         ("jacobian", &[Part::Jacobian]),
         ("force", &[Part::Force]),
         ("dfdx", &[Part::Dfdx]),
         ("dfdv", &[Part::Dfdv]),
+        ("impulse", &[Part::Impulse]),
+        ("matrix", &[Part::Matrix]),
         ("dfdx_product", &[Part::DfdxProduct]),
         ("dfdv_product", &[Part::DfdvProduct]),
     ];
@@ -232,7 +319,16 @@ impl Part {
 
     /// Its row.
     pub fn row(self) -> &'static PartRow {
-        &PARTS[self as usize]
+        let own = |row: &&PartRow| std::mem::discriminant(&row.part) == std::mem::discriminant(&self);
+        PARTS.iter().find(own).expect("a result has a row")
+    }
+
+    /// What a layout made, if this is it.
+    pub fn piece(self, signature: &Signature) -> Option<&Piece> {
+        match self {
+            Part::List(place) | Part::Block(place) => signature.pieces.get(place as usize),
+            _ => None,
+        }
     }
 
     /// Its field in the output struct.
@@ -245,12 +341,30 @@ impl Part {
         self.row().title
     }
 
+    /// Its name as the source would spell it, in a kernel with this signature.
+    pub fn stem(self, signature: &Signature) -> String {
+        self.piece(signature).map_or_else(|| self.name().to_owned(), Piece::name)
+    }
+
+    /// What it is, in a kernel with this signature.
+    pub fn summary(self, signature: &Signature) -> String {
+        self.piece(signature).map_or_else(|| self.row().summary.to_owned(), Piece::summary)
+    }
+
+    /// What a reader calls it, in a kernel with this signature.
+    pub fn titled(self, signature: &Signature) -> String {
+        self.piece(signature).map_or_else(|| self.title().to_owned(), Piece::title)
+    }
+
     /// How many rows and columns it has; a list has one column.
     pub fn shape(self, signature: &Signature) -> (usize, usize) {
+        if let Some(piece) = self.piece(signature) {
+            return piece.shape(signature);
+        }
         let length = |axis: Axis| match axis {
             Axis::Row => signature.rows,
             Axis::Coordinate => signature.freedoms(),
-            Axis::Entry => signature.packed,
+            Axis::Entry => 0,
         };
         (length(self.row().rows), self.row().columns.map_or(1, length))
     }
@@ -292,15 +406,29 @@ impl Output {
 
     /// What a person calls it: `dfdx[a.ry][b.x]`, `jacobian[2][b.x]`.
     pub fn named(self, signature: &Signature) -> String {
-        let label = |axis: Axis, index: usize| span(axis, &(index..index + 1), signature);
-        let row = self.part.row();
-        let column = row.columns.map_or_else(String::new, |axis| format!("[{}]", label(axis, self.column)));
-        format!("{}[{}]{column}", row.name, label(row.rows, self.row))
+        let column = self.column..self.column + 1;
+        spans(self.part, &(self.row..self.row + 1), &[column], signature)
     }
 }
 
+/// What a person calls some rows of a result, or some columns of these: `dfdx[a.x .. a.rz][b.x, b.z]`.
+pub fn spans(part: Part, rows: &Range<usize>, columns: &[Range<usize>], signature: &Signature) -> String {
+    // A block is part of a result that has names for its rows and columns.
+    let (part, first, column) = match part.piece(signature) {
+        Some(Piece::Block { part, rows, columns, .. }) => (*part, rows.start, columns.start),
+        _ => (part, 0, 0),
+    };
+    let moved = |range: &Range<usize>, by: usize| range.start + by..range.end + by;
+    let columns = part.row().columns.filter(|_| !columns.is_empty()).map_or_else(String::new, |axis| {
+        let runs: Vec<String> =
+            columns.iter().map(|run| span(axis, &moved(run, column), signature)).collect();
+        format!("[{}]", runs.join(", "))
+    });
+    format!("{}[{}]{columns}", part.stem(signature), span(part.row().rows, &moved(rows, first), signature))
+}
+
 /// What a person calls rows or columns of a result: `a.x .. a.rz`, `0 .. 2`.
-pub fn span(axis: Axis, range: &Range<usize>, signature: &Signature) -> String {
+fn span(axis: Axis, range: &Range<usize>, signature: &Signature) -> String {
     let coordinates = signature.coordinate_names();
     let label = |index: usize| match axis {
         Axis::Row | Axis::Entry => index.to_string(),

@@ -512,6 +512,32 @@ fn a_full_disk_is_an_error() {
     assert_has(&String::from_utf8_lossy(&output.stderr), &["error: cannot write to standard output: "]);
 }
 
+// ---- layouts
+
+#[test]
+fn layouts_and_preparation_go_together_or_say_why_not() {
+    let place = Place::new("layouts");
+    place.write("spring.rs", SPRING).write("drag.rs", DRAG);
+    let refused = |options: &str| place.refused(&format!("build . --out never {options}"));
+    let lanes = ["`accumulate` adds to what one instance is given", "= help: leave `lanes` out", "`blocks`"];
+    assert_has(&refused("--layout accumulate --lanes 4"), &lanes);
+    assert_has(&refused("--layout system --outputs force"), &["says itself what is computed"]);
+    assert_has(&refused("--layout block"), &["the layouts are", "`blocks`", "`symmetric`", "`accumulate`"]);
+    assert!(place.files("never").is_empty());
+    place.succeeds("check . --prepare --layout accumulate --outputs impulse,matrix");
+    place.succeeds("build . --out o --prepare --layout blocks --lanes 4");
+    assert_has(&place.read("o/spring_blocks_x4.h"), &["double two_k[4];", "spring_blocks_x4_prepare_f64"]);
+    assert_has(&place.read("o/drag_blocks_x4.c"), &["there is nothing to prepare"]);
+    assert_has(
+        &place.read("o/drag_blocks_x4.h"),
+        &["all zero and not stored: dfdx_p_p.", "dfdv_p_p[3][3][4]"],
+    );
+    let stats = place.succeeds("stats . --prepare --json").out;
+    let stats: serde_json::Value = serde_json::from_str(&stats).unwrap();
+    assert_eq!([&stats["kernels"][1]["once"], &stats["kernels"][1]["prepared"]], [1, 1]);
+    assert!(stats["kernels"][0]["once"].is_null());
+}
+
 // ---- what is known beforehand
 
 #[test]

@@ -5,8 +5,9 @@
 //! likewise. Structs are filled and read as memory, so that a field out of order shows.
 
 use forcec::bodies::{Body, ParameterType, Signature};
-use forcec::identifiers::kernel_name;
-use forcec::kernel::{File, Precision, Target};
+use forcec::identifiers::{Arguments, kernel_name};
+use forcec::kernel::{File, Kernel, Precision, Target};
+use forcec::layouts::Place;
 use forcec::outputs::{Array, Part};
 use std::fmt::Write;
 
@@ -29,6 +30,37 @@ fn argument_lengths(signature: &Signature) -> Vec<usize> {
 /// How many reals a kernel gives.
 pub fn outputs(signature: &Signature, parts: &[Part]) -> usize {
     parts.iter().map(|part| part.length(signature)).sum()
+}
+
+/// Where a kernel writes its results.
+struct Written {
+    /// For each entry of the full results, row by row: its number among what is written, from one; 0 if it is zero.
+    places: Vec<i32>,
+    /// How many reals are written.
+    length: usize,
+}
+
+impl Written {
+    fn new(kernel: &Kernel) -> Written {
+        let length = outputs(&kernel.schedule.signature, &kernel.schedule.parts);
+        let places = match &kernel.packing {
+            Some(packing) => packing.places().collect(),
+            None => (1..=length as i32).collect(),
+        };
+        Written { places, length }
+    }
+
+    /// The fields of the results, each with where it starts among what is written.
+    fn fields(&self, kernel: &Kernel, target: Target) -> Vec<(String, usize)> {
+        let signature = &kernel.schedule.signature;
+        let names = Arguments::new(signature, target);
+        let mut end = 0;
+        let field = |part: &Part| {
+            end += part.length(signature);
+            (names.result(*part).to_owned(), end - part.length(signature))
+        };
+        kernel.schedule.parts.iter().map(field).collect()
+    }
 }
 
 const C_HEAD: &str = "\
@@ -68,13 +100,14 @@ static void give_f32(const void *from, size_t bytes)
 ";
 
 /// A C program over the kernels of one file, `states` states each. What computes several instances at once is given as
-/// many states; what is left over is poison. What is packed is unpacked by the tables of the header.
+/// many states; what is left over is poison. What is laid out otherwise is put where it belongs; what is
+/// added is added twice.
 pub fn c(file: &File, states: usize) -> String {
     let mut text = format!("#include \"{}.h\"\n{C_HEAD}", file.name());
     let mut calls = String::new();
     for kernel in &file.kernels {
         for &precision in &file.precisions {
-            let signature = &kernel.schedule.signature;
+            let signature = kernel.given();
             let real = if precision == Precision::F64 { "double" } else { "float" };
             let named = |part: &str| kernel_name(&kernel.name, Target::C, &format!("{part}_{precision}"));
             let (name, parameters, results) = (named(""), named("_params"), named("_out"));
@@ -119,31 +152,69 @@ pub fn c(file: &File, states: usize) -> String {
                 at += length;
             }
             arguments.push("&results".to_owned());
-            let arguments = arguments.join(", ");
-            let result = format!("(({real} *)&results)[k * {lanes} + lane]");
-            let give = match &kernel.packing {
-                None => format!(
-                    "            for (int k = 0; k < (int)(sizeof results / sizeof({real}) / {lanes}); k++)\n\
-                     \x20               give_{precision}(&{result}, sizeof({real}));\n"
-                ),
-                Some(packing) => {
-                    let table = |table: &Array<i32>| {
-                        let name = named(&format!("_{}", table.part));
-                        format!(
-                            "            for (int entry = 0; entry < {}; entry++) {{\n\
-                             \x20               const int place = ((const int *){name})[entry], k = abs(place) - 1;\n\
-                             \x20               {real} x = place == 0 ? 0 : {result};\n\
-                             \x20               x = place < 0 ? -x : x;\n\
-                             \x20               give_{precision}(&x, sizeof x);\n            }}\n",
-                            table.entries.len()
-                        )
-                    };
-                    packing.tables.iter().map(table).collect()
+            let mut call = String::new();
+            if kernel.once().is_some() {
+                let _ = writeln!(declared, "    {} prepared;", named("_prepared"));
+                let parameters = &mut arguments[signature.bodies.len()];
+                call = format!("{}({parameters}, &prepared); ", named("_prepare"));
+                *parameters = "&prepared".to_owned();
+            }
+            let _ = writeln!(call, "{name}({});", arguments.join(", "));
+            let written = Written::new(kernel);
+            let (places, count) = (written.places.len(), written.length);
+            let (mut before, mut after) = (String::new(), String::new());
+            if kernel.layout.row().place == Place::Shared {
+                // The tables of the header are what users read.
+                let _ = writeln!(declared, "    static int places[{places}];");
+                let mut start = 0;
+                for table in kernel.packing.iter().flat_map(|packing| &packing.tables) {
+                    let table_name = named(&format!("_{}", table.part));
+                    let _ = writeln!(
+                        before,
+                        "            memcpy(places + {start}, {table_name}, sizeof {table_name});"
+                    );
+                    start += table.entries.len();
                 }
-            };
+            } else {
+                let list: String = written.places.iter().map(|place| format!("{place}, ")).collect();
+                let _ = writeln!(declared, "    static const int places[] = {{ {list}0 }};");
+            }
+            for (part, triangle) in
+                kernel.triangles().filter(|_| kernel.layout.row().place == Place::Triangle)
+            {
+                let constant = named(&format!("_{part}_triangle"));
+                let _ = writeln!(before, "            if ({constant} != {}) abort();", u8::from(triangle));
+            }
+            if kernel.schedule.adds {
+                // What is added twice to zeros is twice as large; what is always zero is not touched.
+                let _ = writeln!(declared, "    static {real} memory[{count}], *const found = memory;");
+                for (field, start) in written.fields(kernel, Target::C) {
+                    let _ = writeln!(before, "            results.{field} = (void *)(memory + {start});");
+                }
+                let _ = write!(
+                    before,
+                    "            memset(memory, 0xff, sizeof memory);\n            \
+                     for (int k = 0; k < {places}; k++) if (places[k]) memory[abs(places[k]) - 1] = 0;\n"
+                );
+                let _ = write!(
+                    after,
+                    "            {call}            for (int k = 0; k < {count}; k++) {{\n                \
+                     int known = 0;\n                \
+                     for (int p = 0; p < {places}; p++) known |= abs(places[p]) == k + 1;\n                \
+                     if (known) memory[k] /= 2;\n                else if (memory[k] == memory[k]) abort();\n            }}\n"
+                );
+            } else {
+                let _ = writeln!(declared, "    {real} *const found = ({real} *)&results;");
+            }
+            let give = format!(
+                "            for (int entry = 0; entry < {places}; entry++) {{\n                \
+                 const int place = places[entry], k = abs(place) - 1;\n                \
+                 {real} x = place == 0 ? 0 : found[k * {lanes} + lane];\n                \
+                 x = place < 0 ? -x : x;\n                give_{precision}(&x, sizeof x);\n            }}\n"
+            );
             let _ = write!(
                 text,
-                "\nstatic void run_{name}(void)\n{{\n{declared}    static {results} results;\n    \
+                "\nstatic void run_{name}(void)\n{{\n    static {results} results;\n{declared}    \
                  static {real} given[{lanes}][{at} + 1];\n    \
                  for (int state = 0; state < {states}; state += {lanes}) {{\n        \
                  memset(given, 0xff, sizeof given);\n        \
@@ -151,7 +222,7 @@ pub fn c(file: &File, states: usize) -> String {
                  take_{precision}(given[lane], {at} * sizeof({real}));\n        \
                  for (int lane = 0; lane < {lanes}; lane++) {{\n{filled}        }}\n        \
                  for (int lane = 0; lane < {lanes} && state + lane < {states}; lane++) {{\n{shared}            \
-                 memset(&results, 0xff, sizeof results);\n            {name}({arguments});\n{give}        }}\n    }}\n}}\n"
+                 memset(&results, 0xff, sizeof results);\n{before}            {call}{after}{give}        }}\n    }}\n}}\n"
             );
             let _ = writeln!(calls, "    run_{name}();");
         }
@@ -213,7 +284,7 @@ pub fn rust(file: &File, states: usize) -> String {
     let mut calls = String::new();
     for kernel in &file.kernels {
         for &precision in &file.precisions {
-            let signature = &kernel.schedule.signature;
+            let signature = kernel.given();
             let (lanes, lengths) = (kernel.lanes, argument_lengths(signature));
             let named = |suffix| kernel_name(&kernel.name, Target::Rust, suffix);
             let several = if lanes > 1 { format!("X{lanes}") } else { String::new() };
@@ -256,24 +327,87 @@ pub fn rust(file: &File, states: usize) -> String {
                 }
                 at += length;
             }
+            let prepared = kernel
+                .once()
+                .map(|_| std::mem::replace(&mut arguments[signature.bodies.len()], "&prepared".to_owned()));
             let arguments: String = arguments.iter().map(|argument| format!("{argument}, ")).collect();
-            let give = match &kernel.packing {
-                None => format!("            found.chunks({lanes}).for_each(|lanes| lanes[lane].give());\n"),
-                Some(packing) => {
-                    let table = |table: &Array<i32>| {
-                        let name = format!("{}_PLACES", table.part.name().to_ascii_uppercase());
-                        let flat = if table.part.is_list() { ".iter()" } else { ".as_flattened()" };
-                        format!(
-                            "            for &place in {stem}::{module}::{name}{flat} {{\n                \
-                             let at = |k: i32| found[k as usize * {lanes} + lane];\n                \
-                             let x = match place {{\n                    0 => 0.0,\n                    \
-                             1.. => at(place - 1),\n                    _ => -at(-place - 1),\n                \
-                             }};\n                x.give();\n            }}\n"
-                        )
-                    };
-                    packing.tables.iter().map(table).collect()
+            let path = format!("{stem}::{module}");
+            let call = format!("            {path}::evaluate({arguments}&mut results);\n");
+            if let Some(parameters) = prepared {
+                let _ = writeln!(shared, "            let mut prepared = {path}::Prepared::default();");
+                let _ = writeln!(shared, "            {path}::prepare({parameters}, &mut prepared);");
+            }
+            let written = Written::new(kernel);
+            if kernel.layout.row().place == Place::Shared {
+                // The tables of the module are what users read.
+                let table = |table: &Array<i32>| {
+                    let flat = if table.part.is_list() { "as_slice" } else { "as_flattened" };
+                    format!("{path}::{}_PLACES.{flat}(), ", table.part.name().to_ascii_uppercase())
+                };
+                let tables = kernel.packing.iter().flat_map(|packing| &packing.tables);
+                let tables: String = tables.map(table).collect();
+                let _ = writeln!(declared, "        let places: &[i32] = &[{tables}].concat();");
+            } else {
+                let places = written.places.iter().map(|place| format!("{place}, ")).collect::<String>();
+                let _ = writeln!(declared, "        let places: &[i32] = &[{places}];");
+            }
+            for (part, triangle) in
+                kernel.triangles().filter(|_| kernel.layout.row().place == Place::Triangle)
+            {
+                let constant = format!("{path}::{}_TRIANGLE", part.name().to_ascii_uppercase());
+                let _ = writeln!(declared, "        const {{ assert!({constant} == {triangle}) }};");
+            }
+            let compute = if kernel.schedule.adds {
+                let fields = written.fields(kernel, Target::Rust);
+                let mut text = format!(
+                    "            let mut memory = vec![{precision}::POISON; {}];\n            \
+                     for place in places.iter().filter(|place| **place != 0) {{\n                \
+                     memory[place.unsigned_abs() as usize - 1] = 0.0;\n            }}\n",
+                    written.length
+                );
+                let results = &kernel.schedule.signature;
+                let parts = kernel.schedule.parts.iter().map(|part| part.shape(results));
+                for (index, ((_, start), (rows, columns))) in fields.iter().zip(parts).enumerate() {
+                    let list = kernel.schedule.parts[index].is_list();
+                    let row = if list { "0.0".to_owned() } else { format!("[0.0; {columns}]") };
+                    let _ = write!(
+                        text,
+                        "            let mut field_{index} = [{row}; {rows}];\n            \
+                         reals::<_, {precision}>(&mut field_{index}).copy_from_slice(&memory[{start}..][..{}]);\n",
+                        rows * columns
+                    );
                 }
+                let given: String = fields
+                    .iter()
+                    .enumerate()
+                    .map(|(k, (name, _))| format!("{name}: &mut field_{k}, "))
+                    .collect();
+                let _ =
+                    write!(text, "            let mut results = {path}::Output {{ {given}}};\n{call}{call}");
+                for (index, (_, start)) in fields.iter().enumerate() {
+                    let _ = writeln!(
+                        text,
+                        "            for (k, x) in reals::<_, {precision}>(&mut field_{index}).iter().enumerate() {{\n                \
+                         let known = places.iter().any(|p| p.unsigned_abs() as usize == {start} + k + 1);\n                \
+                         assert!(known || x.is_nan());\n                \
+                         memory[{start} + k] = *x / 2.0;\n            }}"
+                    );
+                }
+                text + "            let found = &memory;\n"
+            } else {
+                format!(
+                    "            let mut results = {path}::Output::default();\n            \
+                     reals::<_, {precision}>(&mut results).fill(Real::POISON);\n{call}            \
+                     let found = reals::<_, {precision}>(&mut results);\n"
+                )
             };
+            let give = format!(
+                "            for &place in places {{\n                \
+                 let at = |k: i32| found[k as usize * {lanes} + lane];\n                \
+                 let x = match place {{\n                    0 => 0.0,\n                    \
+                 1.. => at(place - 1),\n                    _ => -at(-place - 1),\n                \
+                 }};\n                x.give();\n            }}\n"
+            );
             let _ = write!(
                 text,
                 "\nfn run_{module}() {{\n    for state in (0..{states}usize).step_by({lanes}) {{\n{declared}        \
@@ -281,11 +415,7 @@ pub fn rust(file: &File, states: usize) -> String {
                  let mut given = [[{precision}::POISON; {at} + 1]; {lanes}];\n        \
                  given[..count].iter_mut().for_each(|given| given[..{at}].fill_with(Real::take));\n        \
                  for lane in 0..{lanes} {{\n{filled}        }}\n        \
-                 for lane in 0..count {{\n{shared}            \
-                 let mut results = {stem}::{module}::Output::default();\n            \
-                 reals::<_, {precision}>(&mut results).fill(Real::POISON);\n            \
-                 {stem}::{module}::evaluate({arguments}&mut results);\n            \
-                 let found = reals::<_, {precision}>(&mut results);\n{give}        }}\n    }}\n}}\n"
+                 for lane in 0..count {{\n{shared}{compute}{give}        }}\n    }}\n}}\n"
             );
             let _ = writeln!(calls, "    run_{module}();");
         }

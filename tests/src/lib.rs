@@ -44,8 +44,7 @@ pub fn library() -> Vec<ForceFile> {
 
 /// One file of the library, made to a plan.
 pub fn library_with(plan: Plan, stem: &str) -> ForceFile {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
-    let text = std::fs::read_to_string(&path).expect("the library can be read");
+    let text = library_text(stem);
     ForceFile { compiled: compiled_with(stem, &text, plan), stem: stem.to_owned() }
 }
 
@@ -87,18 +86,56 @@ pub fn special() -> Vec<ForceFile> {
     requests.map(|(stem, request)| requested(stem, request)).into()
 }
 
-/// A file of the library in every layout, for one instance and for several.
-pub fn laid_out(stem: &str) -> Vec<ForceFile> {
-    let ways = LAYOUTS.iter().flat_map(|row| LANES.map(|lanes| (row.layout, lanes)));
-    let ways = ways.filter(|way| *way != (Layout::Dense, 1));
-    ways.map(|(layout, lanes)| requested(stem, Request { layout, lanes, ..Request::default() })).collect()
+/// Of each kind of kernel some: springs have square roots, contacts branches, joints everything else.
+const KINDS: [(&str, &[&str]); 3] = [
+    ("springs", &["spring", "polynomial_spring", "rope", "rod_bend"]),
+    ("contacts", &["hertz_contact", "sphere_plane_friction", "sphere_sphere"]),
+    ("joints", &["point_to_point", "distance", "pin", "attachment", "torsion_spring", "hinge_motor"]),
+];
+
+/// A kernel that is several functions, unless it computes several instances.
+const LONG: &str = "bushing";
+
+/// Kernels of the library in every layout, for one instance and for several, and some of these prepared, a file each with
+/// the precisions that it is tried in: one instance in both, several in one.
+pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
+    let mut text = String::new();
+    for (stem, _) in KINDS {
+        let file = library_text(stem);
+        file.lines().filter(|line| !line.starts_with("//!")).for_each(|line| text.extend([line, "\n"]));
+    }
+    let source = Source::new("kinds.rs", text);
+    let all = LAYOUTS.iter().flat_map(|row| LANES.map(|lanes| (row.layout, lanes)));
+    let ways = all.filter(|way| *way != (Layout::Dense, 1)).map(|way| (way, false));
+    let prepared = [(Layout::Dense, 1), (Layout::Packed, 4), (Layout::Accumulate, 1), (Layout::System, 8)];
+    let ways = ways.chain(prepared.map(|way| (way, true)));
+    let requests =
+        ways.map(|((layout, lanes), prepare)| Request { layout, lanes, prepare, ..Request::default() });
+    let requests = requests.filter(|request| request.conflict().is_none());
+    parallel(requests.collect(), |request: Request| {
+        let chosen = |name: &str| KINDS.iter().any(|(_, names)| names.contains(&name));
+        let wanted = |name: &str| chosen(name) || name == LONG && request.lanes == 1;
+        let compiled = compile(&source, &wanted, request.clone());
+        let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
+        let precisions: &[Precision] = match request.lanes {
+            1 => &[Precision::F64, Precision::F32],
+            4 => &[Precision::F64],
+            _ => &[Precision::F32],
+        };
+        let stem = if request.prepare { "prepared_kinds" } else { "kinds" };
+        (ForceFile { stem: stem.to_owned(), compiled }, precisions)
+    })
+}
+
+/// The text of a file of the library.
+fn library_text(stem: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
+    std::fs::read_to_string(&path).expect("the library can be read")
 }
 
 /// A file of the library as it is asked for.
-fn requested(stem: &str, request: Request) -> ForceFile {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
-    let text = std::fs::read_to_string(&path).expect("a force file can be read");
-    let compiled = compile(&Source::new(format!("{stem}.rs"), text), &|_| true, request);
+pub fn requested(stem: &str, request: Request) -> ForceFile {
+    let compiled = compile(&Source::new(format!("{stem}.rs"), library_text(stem)), &|_| true, request);
     let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
     ForceFile { stem: stem.to_owned(), compiled }
 }

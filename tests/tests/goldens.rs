@@ -1,7 +1,7 @@
 //! What every stage makes of small force files, as snapshots.
 //!
 //! An input is a file `tests/golden/NAME.rs` that shows one behaviour; its first line says which stages are worth a
-//! look: `// stages: graph, derivative, c`, its second may name a layout. The name of a pass of the optimiser stands for the scalar graph after it.
+//! look: `// stages: graph, derivative, c`, its second may name a layout, lanes and `prepare`. The name of a pass of the optimiser stands for the scalar graph after it.
 //! Adding a case is adding a file. After a change that is meant:
 //!
 //! ```text
@@ -51,8 +51,9 @@ fn request(text: &str) -> Request {
     let Some((layout, lanes)) = line.and_then(|line| line.split_once(", ")) else {
         return Request::default();
     };
+    let (lanes, prepare) = lanes.strip_suffix(", prepare").map_or((lanes, false), |lanes| (lanes, true));
     let layout = Layout::named(layout).expect("a layout");
-    Request { layout, lanes: lanes.parse().expect("a number of instances"), ..Request::default() }
+    Request { layout, lanes: lanes.parse().expect("a number of instances"), prepare, ..Request::default() }
 }
 
 /// The stages an input asks for in its first line.

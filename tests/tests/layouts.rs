@@ -1,18 +1,18 @@
-//! Every layout, for one instance and for several, as C and as Rust: compilers and linters find nothing, and what is computed
+//! Every layout, for one instance and for several, prepared or not, as C and as Rust: compilers and linters find nothing, and what is computed
 //! is what the program means in 320 bits. What computes several at once is given a number of states that does not fill
 //! the last call; the lanes that are left over are not numbers, and no other lane may notice.
 
+use forcec::compile::{Request, Stages};
 use forcec::kernel::{Precision, Target};
-use forcec::targets;
+use forcec::{Mode, Plan, targets};
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
-use forcec_tests::{ForceFile, driver, folder, laid_out, lint, parallel, run};
+use forcec_tests::{ForceFile, driver, folder, laid_out, lint, parallel, requested, run};
 use std::path::Path;
 
-const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2"];
 
-fn measure(file: &ForceFile, folder: &Path) -> Vec<(Precision, Miss)> {
-    let printable = file.printable(&PRECISIONS);
+fn measure(file: &ForceFile, precisions: &[Precision], folder: &Path) -> Vec<(Precision, Miss)> {
+    let printable = file.printable(precisions);
     let name = printable.name();
     for target in Target::ALL {
         for generated in targets::emit(&printable, target) {
@@ -22,22 +22,47 @@ fn measure(file: &ForceFile, folder: &Path) -> Vec<(Precision, Miss)> {
     std::fs::write(folder.join("driver.c"), driver::c(&printable, STATES)).unwrap();
     run(folder, "cc", &[&STRICT[..], &["-c", &format!("{name}.c"), "-o", "kernels.o"]].concat());
     run(folder, "cc", &["-std=c99", "-O1", "driver.c", "kernels.o", "-lm", "-o", "driver_c"]);
-    let mut found = compare(file, &folder.join("driver_c"), &PRECISIONS, Reference::Source);
+    let mut found = compare(file, &folder.join("driver_c"), precisions, Reference::Source);
     lint(folder, &name);
     std::fs::write(folder.join("driver.rs"), driver::rust(&printable, STATES)).unwrap();
-    run(folder, "rustc", &["--edition", "2024", "-C", "opt-level=1", "-A", "warnings", "driver.rs"]);
-    found.extend(compare(file, &folder.join("driver"), &PRECISIONS, Reference::Program));
+    run(folder, "rustc", &["--edition", "2024", "-C", "opt-level=0", "-A", "warnings", "driver.rs"]);
+    found.extend(compare(file, &folder.join("driver"), precisions, Reference::Program));
     found
 }
 
 #[test]
 fn layouts_equal_their_mathematics() {
     let base = env!("CARGO_TARGET_TMPDIR");
-    // Of each kind of file some: contacts have branches, springs square roots, joints everything else.
-    let files = ["springs", "contacts", "joints"].into_iter().flat_map(laid_out).collect();
-    let found = parallel(files, |file: ForceFile| {
-        let name = file.printable(&PRECISIONS).name();
-        measure(&file, &folder(base, &format!("layout_{name}")))
+    let found = parallel(laid_out(), |(file, precisions): (ForceFile, &[Precision])| {
+        let name = file.printable(precisions).name();
+        measure(&file, precisions, &folder(base, &format!("layout_{name}")))
     });
     judge(&found.into_iter().flatten().collect::<Vec<(Precision, Miss)>>());
+}
+
+/// No more is prepared than that saves, and a kernel of which nothing depends on parameters alone says so.
+#[test]
+fn what_is_prepared_saves_operations() {
+    let (mut prepared, mut plain) = (0, 0);
+    for request in [Mode::Balanced, Mode::Strict].map(|mode| Plan { mode, ..Plan::default() }) {
+        let request = Request { prepare: true, ..Request::from(request) };
+        for stages in ["springs", "solids", "cloth"].map(|stem| requested(stem, request.clone())) {
+            for Stages { kernel, .. } in stages.compiled.functions {
+                let Some(once) = kernel.once() else {
+                    assert!(kernel.summary().iter().any(|line| line.contains("nothing to prepare")));
+                    plain += 1;
+                    continue;
+                };
+                let (whole, every) = (once.whole.total(), kernel.schedule.operations().total());
+                assert!(
+                    whole - every >= once.values(),
+                    "{}: {} values, {whole} to {every}",
+                    kernel.name,
+                    once.values()
+                );
+                prepared += 1;
+            }
+        }
+    }
+    assert!(prepared > 20 && plain > 0, "{prepared} prepared, {plain} not");
 }

@@ -28,17 +28,18 @@ const VOCABULARY: [&str; 20] = [
 ];
 
 /// The pipeline, in order: a module, and the earlier ones that it imports besides the vocabulary.
-const PIPELINE: [(&str, &[&str]); 17] = [
+const PIPELINE: [(&str, &[&str]); 18] = [
     ("syntax", &[]),
     ("check", &["syntax"]),
     ("derive", &[]),
     ("formula", &["derive"]),
     ("text", &["derive", "formula"]),
     ("optimize", &["derive"]),
+    ("prepare", &[]),
     ("schedule", &[]),
     ("kernel", &["schedule"]),
     ("targets", &["kernel", "schedule"]),
-    ("compile", &["syntax", "check", "derive", "formula", "optimize", "schedule", "kernel"]),
+    ("compile", &["syntax", "check", "derive", "formula", "optimize", "prepare", "schedule", "kernel"]),
     ("library", &["kernel", "targets", "compile"]),
     ("ties", &["kernel", "targets", "compile"]),
     ("expand", &["syntax", "kernel", "targets", "compile", "ties"]),

@@ -149,6 +149,8 @@ fn row_json(function: &Stages) -> Value {
             "add": ops.add, "mul": ops.mul, "div": ops.div, "sqrt": ops.sqrt, "call": ops.call, "neg": ops.neg,
             "total": ops.total(),
         },
+        "once": function.kernel.once().map(|once| once.schedule.operations().total()),
+        "prepared": function.kernel.once().map(|once| once.values()),
         "lines": lines(function),
         "non_zeros": schedule.nonzero,
         "distinct": schedule.distinct,

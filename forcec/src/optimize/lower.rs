@@ -48,7 +48,7 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
             Part::Dfdv => lowering.blocks(&derived.forces, &derived.velocity, None),
             Part::Matrix => lowering.blocks(&derived.forces, &derived.steps, stepped.as_ref()),
             Part::Impulse | Part::DfdxProduct | Part::DfdvProduct => lowering.forces(&derived.along[&part]),
-            Part::Entries => unreachable!("entries are packed after optimising"),
+            Part::List(_) | Part::Block(_) => unreachable!("entries are packed after optimising"),
         };
         arrays.push(Array::new(part, &signature, entries));
     }

@@ -26,7 +26,8 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
     distinct.sort_unstable();
     distinct.dedup();
     let single = style.single;
-    let rows = if single { Rows::default() } else { rows::find(&mut items, signature, !style.strict) };
+    let rows =
+        if single || style.adds { Rows::default() } else { rows::find(&mut items, signature, !style.strict) };
     let own_line = own_line(signature, &items, &rows, single);
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
@@ -43,6 +44,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         items: &items,
         rows: &rows,
         single,
+        adds: style.adds,
         own_line,
         flipped,
         told,
@@ -65,6 +67,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         statements,
         nonzero,
         distinct: distinct.len(),
+        adds: style.adds,
     }
 }
 
@@ -155,6 +158,7 @@ pub(super) struct Builder<'a> {
     rows: &'a Rows,
     /// Whether the statements stand in a loop over instances.
     pub(super) single: bool,
+    adds: bool,
     own_line: Vec<bool>,
     /// Whether the name of an item stands for its negative.
     flipped: Vec<bool>,
@@ -240,8 +244,8 @@ impl Builder<'_> {
 
     /// Rows that are the negatives of others.
     fn negated(&mut self, negated: &Negated) {
-        let Negated { part, ref rows, from } = *negated;
-        self.statements.push(Statement::Negated { part, rows: rows.clone(), from });
+        let Negated { part, ref rows, of, from } = *negated;
+        self.statements.push(Statement::Negated { part, rows: rows.clone(), of, from });
     }
 
     /// Rows that are multiples of one row.
@@ -257,7 +261,7 @@ impl Builder<'_> {
         }
         let columns = scaled.columns.iter().map(|edge| self.signed(*edge)).collect();
         let name = Name(self.variables.len() as u32);
-        let text = self.taken.claim(&format!("{}_columns", part.name()));
+        let text = self.taken.claim(&format!("{}_columns", part.stem(self.signature)));
         self.variables.push(Variable { name: text, truth: false });
         self.statements.push(Statement::Columns(name, columns));
         for (row, factor) in &scaled.rows {
@@ -280,7 +284,7 @@ impl Builder<'_> {
                 _ => rows.push((*row, std::iter::once(*column..column + 1).collect())),
             }
         }
-        if !rows.is_empty() {
+        if !rows.is_empty() && !self.adds {
             let first = self.rows.side_by_side(part);
             self.statements.push(Statement::Zero { part, rows, first });
         }
@@ -300,8 +304,16 @@ impl Builder<'_> {
         }
         let value = self.signed(edge);
         self.family = Family::Output(output);
+        let (negative, value) = match value {
+            Expression::Negative(value) if self.adds => (true, *value),
+            value => (false, value),
+        };
         let value = self.fit_statement(value, Room::STORE);
-        self.statements.push(Statement::Store(output, value));
+        self.statements.push(if self.adds {
+            Statement::Add(output, negative, value)
+        } else {
+            Statement::Store(output, value)
+        });
     }
 
     /// Everything an item needs, then the item.

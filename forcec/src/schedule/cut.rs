@@ -107,7 +107,8 @@ pub(super) fn input_width(signature: &Signature, slot: Slot) -> usize {
         None => {
             let parameter = signature.parameter(slot).expect("a slot names an argument");
             let indices = parameter.ty.extents().len() * if slot.offset < 10 { 3 } else { 4 };
-            "params->".len() + width(&parameter.name) + indices
+            let given = if signature.prepared { "prepared->" } else { "params->" };
+            given.len() + width(&parameter.name) + indices
         }
     }
 }

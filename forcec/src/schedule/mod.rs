@@ -173,6 +173,8 @@ pub enum Statement {
     Let(Name, Expression),
     /// An output gets its value.
     Store(Output, Expression),
+    /// A value is added to an output, or if so told subtracted.
+    Add(Output, bool, Expression),
     /// Outputs are zero.
     Zero {
         /// Which result.
@@ -202,6 +204,8 @@ pub enum Statement {
         part: Part,
         /// Its rows.
         rows: Range<usize>,
+        /// The result that the others are rows of.
+        of: Part,
         /// The first of the others.
         from: usize,
     },
@@ -215,9 +219,10 @@ impl Statement {
     /// The expressions written in it.
     pub fn expressions(&self) -> &[Expression] {
         match self {
-            Statement::Let(_, value) | Statement::Store(_, value) | Statement::Leave(value) => {
-                std::slice::from_ref(value)
-            }
+            Statement::Let(_, value)
+            | Statement::Store(_, value)
+            | Statement::Add(_, _, value)
+            | Statement::Leave(value) => std::slice::from_ref(value),
             Statement::Scaled { factor, .. } => std::slice::from_ref(factor),
             Statement::Columns(_, values) => values,
             Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(_) => &[],
@@ -240,6 +245,8 @@ pub struct Schedule {
     pub nonzero: usize,
     /// How many of these differ in more than their sign.
     pub distinct: usize,
+    /// Whether outputs are added to what is there, and zeros left alone.
+    pub adds: bool,
 }
 
 /// What may be written how.
@@ -251,6 +258,8 @@ pub struct Style {
     pub fma: bool,
     /// Every entry is stored for itself: no row is written by a loop.
     pub single: bool,
+    /// Outputs are added to what is there, and zeros left alone.
+    pub adds: bool,
 }
 
 /// The statements that compute a program's outputs.
@@ -277,7 +286,10 @@ impl Schedule {
                     total.neg += count(part) * factor.operations().neg;
                 }
                 Statement::Negated { part, rows, .. } => total.neg += rows.len() * count(part),
-                _ => statement.expressions().iter().for_each(|value| total += value.operations()),
+                _ => {
+                    total.add += usize::from(matches!(statement, Statement::Add(..)));
+                    statement.expressions().iter().for_each(|value| total += value.operations());
+                }
             }
         }
         total

@@ -98,8 +98,10 @@ pub(super) fn output_name(signature: &Signature, output: Output) -> String {
     let Output { part, row, column } = output;
     match name.len() {
         ..=LONGEST_STEM => name,
-        _ if part.is_list() => format!("{part}_{row}"),
-        _ => format!("{part}_{row}_{column}"),
+        _ => {
+            let stem = part.stem(signature);
+            if part.is_list() { format!("{stem}_{row}") } else { format!("{stem}_{row}_{column}") }
+        }
     }
 }
 

@@ -6,13 +6,15 @@
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::Function;
-use crate::outputs::span;
+use crate::outputs::spans;
 use crate::schedule::{Expression, Output, Part, Statement, Variable};
 use crate::vector::Comparison;
 use std::ops::Range;
 
 /// How a language spells what statements are made of.
 pub trait Dialect {
+    /// The arguments and results.
+    fn signature(&self) -> &Signature;
     /// A number.
     fn literal(&self, value: &Exact) -> String;
     /// A number on which a method is called.
@@ -35,20 +37,20 @@ pub trait Dialect {
     }
     /// A temporary gets a value.
     fn define(&self, variable: &Variable, value: &str) -> Vec<String>;
-    /// An output gets a value.
-    fn store(&self, output: Output, value: &str) -> Vec<String>;
+    /// An output gets a value, `by` the operator `=`, `+=` or `-=`.
+    fn store(&self, output: Output, by: &str, value: &str) -> Vec<String>;
     /// A temporary gets one of two values.
     fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String>;
     /// An output gets one of two values.
-    fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String>;
+    fn store_select(&self, output: Output, by: &str, select: [&str; 3]) -> Vec<String>;
     /// Runs of columns in some rows become zero; if this comes first, what else is in these rows may become so too.
     fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String>;
     /// A temporary row gets its values.
     fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String>;
     /// A row of outputs is a factor times a temporary row.
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String>;
-    /// Rows of outputs are the negatives of those that begin with another.
-    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String>;
+    /// Rows of outputs are the negatives of those of a result that begin with another.
+    fn negated(&self, part: Part, rows: &Range<usize>, of: Part, from: usize) -> Vec<String>;
     /// Every output is zero where a condition holds, and the kernel is done.
     fn leave(&self, condition: &str) -> Vec<String>;
     /// A remark on a line of its own.
@@ -63,12 +65,10 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
             let texts = printer.select(parts);
             dialect.define_select(&variables[name.index()], texts.each_ref().map(String::as_str))
         }
-        Statement::Store(output, Expression::Select(parts)) => {
-            let texts = printer.select(parts);
-            dialect.store_select(*output, texts.each_ref().map(String::as_str))
-        }
+        Statement::Store(output, value) => printer.store(*output, "=", value),
+        Statement::Add(output, false, value) => printer.store(*output, "+=", value),
+        Statement::Add(output, true, value) => printer.store(*output, "-=", value),
         Statement::Let(name, value) => dialect.define(&variables[name.index()], &printer.text(value)),
-        Statement::Store(output, value) => dialect.store(*output, &printer.text(value)),
         Statement::Zero { part, rows, first } => dialect.zero(*part, rows, *first),
         Statement::Columns(name, values) => {
             let values: Vec<String> = values.iter().map(|value| printer.text(value)).collect();
@@ -77,8 +77,8 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
         Statement::Scaled { part, row, factor, columns } => {
             dialect.scaled(*part, *row, &printer.text(factor), &variables[columns.index()])
         }
-        Statement::Negated { part, rows, from } => dialect.negated(*part, rows, *from),
-        Statement::Heading(part) => dialect.remark(part.title()),
+        Statement::Negated { part, rows, of, from } => dialect.negated(*part, rows, *of, *from),
+        Statement::Heading(part) => dialect.remark(&part.titled(dialect.signature())),
         Statement::Leave(holds) => dialect.leave(&printer.text(holds)),
     }
 }
@@ -117,6 +117,16 @@ impl Printer<'_> {
         let mut text = String::new();
         self.write(&mut text, expression, Binding::Open);
         text
+    }
+
+    fn store(&self, output: Output, by: &str, value: &Expression) -> Vec<String> {
+        match value {
+            Expression::Select(parts) => {
+                let texts = self.select(parts);
+                self.dialect.store_select(output, by, texts.each_ref().map(String::as_str))
+            }
+            value => self.dialect.store(output, by, &self.text(value)),
+        }
     }
 
     fn select(&self, parts: &[Expression; 3]) -> [String; 3] {
@@ -248,6 +258,10 @@ impl Printer<'_> {
 pub(super) struct Plain<'a>(pub(super) &'a Signature);
 
 impl Dialect for Plain<'_> {
+    fn signature(&self) -> &Signature {
+        self.0
+    }
+
     fn literal(&self, value: &Exact) -> String {
         value.to_string()
     }
@@ -279,25 +293,21 @@ impl Dialect for Plain<'_> {
         vec![format!("{} = {value}", variable.name)]
     }
 
-    fn store(&self, output: Output, value: &str) -> Vec<String> {
-        vec![format!("{} = {value}", output.named(self.0))]
+    fn store(&self, output: Output, by: &str, value: &str) -> Vec<String> {
+        vec![format!("{} {by} {value}", output.named(self.0))]
     }
 
     fn define_select(&self, variable: &Variable, [c, x, y]: [&str; 3]) -> Vec<String> {
         self.define(variable, &format!("if {c} then {x} else {y}"))
     }
 
-    fn store_select(&self, output: Output, [c, x, y]: [&str; 3]) -> Vec<String> {
-        self.store(output, &format!("if {c} then {x} else {y}"))
+    fn store_select(&self, output: Output, by: &str, [c, x, y]: [&str; 3]) -> Vec<String> {
+        self.store(output, by, &format!("if {c} then {x} else {y}"))
     }
 
     fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], _first: bool) -> Vec<String> {
         let line = |(rows, runs): (Range<usize>, &[Range<usize>])| {
-            let columns = part.row().columns.map_or_else(String::new, |axis| {
-                let runs: Vec<String> = runs.iter().map(|run| span(axis, run, self.0)).collect();
-                format!("[{}]", runs.join(", "))
-            });
-            format!("{part}[{}]{columns} = 0", span(part.row().rows, &rows, self.0))
+            format!("{} = 0", spans(part, &rows, runs, self.0))
         };
         together(rows).into_iter().map(line).collect()
     }
@@ -307,14 +317,14 @@ impl Dialect for Plain<'_> {
     }
 
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
-        let row = span(part.row().rows, &(row..row + 1), self.0);
-        vec![format!("{part}[{row}] = {factor} * {}", columns.name)]
+        let row = spans(part, &(row..row + 1), &[], self.0);
+        vec![format!("{row} = {factor} * {}", columns.name)]
     }
 
-    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
-        let [rows, others] =
-            [rows, &(from..from + rows.len())].map(|rows| span(part.row().rows, rows, self.0));
-        vec![format!("{part}[{rows}] = -{part}[{others}]")]
+    fn negated(&self, part: Part, rows: &Range<usize>, of: Part, from: usize) -> Vec<String> {
+        let others = from..from + rows.len();
+        let [rows, others] = [(part, rows), (of, &others)].map(|(part, rows)| spans(part, rows, &[], self.0));
+        vec![format!("{rows} = -{others}")]
     }
 
     fn leave(&self, condition: &str) -> Vec<String> {

@@ -13,6 +13,8 @@ use std::ops::Range;
 pub(super) struct Negated {
     pub(super) part: Part,
     pub(super) rows: Range<usize>,
+    /// The result that the others are rows of.
+    pub(super) of: Part,
     /// The first of the others.
     pub(super) from: usize,
 }
@@ -36,13 +38,13 @@ pub(super) struct Rows {
 impl Rows {
     /// Whether rows of a part are read again, by the loops.
     pub(super) fn side_by_side(&self, part: Part) -> bool {
-        self.negated.iter().any(|negated| negated.part == part)
+        self.negated.iter().any(|negated| negated.of == part)
     }
 
     /// Whether loops write the rows that these negate, so that they can be negated at once.
     pub(super) fn looped(&self, negated: &Negated) -> bool {
         let written = |row: usize| {
-            let scaled = |s: &Scaled| s.part == negated.part && s.rows.iter().any(|(own, _)| *own == row);
+            let scaled = |s: &Scaled| s.part == negated.of && s.rows.iter().any(|(own, _)| *own == row);
             self.scaled.iter().any(scaled)
         };
         (negated.from..negated.from + negated.rows.len()).all(written)
@@ -61,12 +63,18 @@ impl Rows {
 /// Products may be regrouped for it where a mode allows that.
 pub(super) fn find(items: &mut Items, signature: &Signature, regroup: bool) -> Rows {
     let mut rows = Rows::default();
+    // Blocks of earlier bodies, whose rows those of later ones may negate.
+    let mut blocks: Vec<(Part, Vec<Vec<Edge>>)> = Vec::new();
     for part in items.parts.clone().into_iter().filter(|part| !part.is_list()) {
         let (rows_of_part, count) = part.shape(signature);
         let entries = items.outputs.iter().filter(|(output, _)| output.part == part).map(|(_, edge)| *edge);
         let entries: Vec<Edge> = entries.collect();
         let matrix: Vec<&[Edge]> = entries.chunks(count.max(1)).collect();
-        rows.negated.extend(negated(items, part, &matrix));
+        let found = negated(items, part, &matrix, &blocks, &rows);
+        rows.negated.extend(found);
+        if matches!(part, Part::Block(_)) {
+            blocks.push((part, matrix.iter().map(|row| row.to_vec()).collect()));
+        }
         let free: Vec<usize> =
             (0..rows_of_part).filter(|&row| !rows.cover(Output::new(part, row, 0))).collect();
         rows.scaled.extend(scaled(items, part, &matrix, &free, regroup));
@@ -99,8 +107,15 @@ fn release(items: &mut Items, item: ItemId) {
 /// From so many entries on a row is long.
 const LONG: usize = 8;
 
-/// Rows that are the negatives of earlier ones, in runs; long rows that are well filled one by one.
-fn negated(items: &Items, part: Part, matrix: &[&[Edge]]) -> Vec<Negated> {
+/// Rows that are the negatives of earlier ones, of the same result or of other blocks, in runs; long rows that are well
+/// filled one by one.
+fn negated(
+    items: &Items,
+    part: Part,
+    matrix: &[&[Edge]],
+    blocks: &[(Part, Vec<Vec<Edge>>)],
+    earlier: &Rows,
+) -> Vec<Negated> {
     let mut found: Vec<Negated> = Vec::new();
     let mut known = vec![false; matrix.len()];
     for (row, entries) in matrix.iter().enumerate() {
@@ -108,20 +123,35 @@ fn negated(items: &Items, part: Part, matrix: &[&[Edge]]) -> Vec<Negated> {
         if 2 * nonzero < entries.len() || nonzero < LEAST {
             continue;
         }
-        let opposite = |&other: &usize| {
-            let mut pairs = entries.iter().zip(matrix[other]);
-            !known[other]
-                && pairs.all(|(x, y)| x.item == y.item && (x.negative != y.negative || items.is_zero(x.item)))
+        let opposite = |other: &[Edge]| {
+            let mut pairs = entries.iter().zip(other);
+            let turned = |(x, y): (&Edge, &Edge)| {
+                x.item == y.item && (x.negative != y.negative || items.is_zero(x.item))
+            };
+            entries.len() == other.len() && pairs.all(turned)
         };
-        let Some(from) = (0..row).find(opposite) else { continue };
+        let own = (0..row).find(|&other| !known[other] && opposite(matrix[other])).map(|from| (part, from));
+        let of_block = |(block, rows): &(Part, Vec<Vec<Edge>>)| {
+            let free = |row: usize| {
+                !earlier.negated.iter().any(|negated| negated.part == *block && negated.rows.contains(&row))
+            };
+            let from = (0..rows.len()).find(|&row| free(row) && opposite(&rows[row]))?;
+            Some((*block, from))
+        };
+        let Some((of, from)) = own.or_else(|| blocks.iter().find_map(of_block)) else { continue };
         known[row] = true;
         // gcc unrolls the loop of one row and then knows what it negates; that pays for long rows, well filled.
         let one_by_one = entries.len() >= LONG && 2 * nonzero > entries.len();
         match found.last_mut() {
-            Some(run) if !one_by_one && run.rows.end == row && run.from + run.rows.len() == from => {
+            Some(run)
+                if !one_by_one
+                    && run.of == of
+                    && run.rows.end == row
+                    && run.from + run.rows.len() == from =>
+            {
                 run.rows.end += 1
             }
-            _ => found.push(Negated { part, rows: row..row + 1, from }),
+            _ => found.push(Negated { part, rows: row..row + 1, of, from }),
         }
     }
     found

@@ -8,13 +8,15 @@ use crate::outputs::Array;
 use crate::schedule::{Expression, Output, Part, Schedule, Statement};
 
 impl Schedule {
-    /// Every output, given the arguments. `None` if some entry is never written: a defect of the schedule.
+    /// Every output, given the arguments; what is added is added to zeros. `None` if some entry is never written: a defect of
+    /// the schedule.
     pub fn evaluate<N: Number>(&self, inputs: &dyn Fn(Slot) -> N) -> Option<Outputs<N>> {
         let mut names: Vec<Option<Value<N>>> = vec![None; self.variables.len()];
         let mut columns: Vec<Vec<N>> = vec![Vec::new(); self.variables.len()];
         let shape = |part: &Part| part.shape(&self.signature);
         let length = |part: &Part| part.length(&self.signature);
-        let mut outputs: Vec<Option<N>> = vec![None; self.parts.iter().map(length).sum()];
+        let zero = || N::exact(&Exact::ZERO);
+        let mut outputs: Vec<Option<N>> = vec![self.adds.then(zero); self.parts.iter().map(length).sum()];
         let at = |part: Part, row: usize, column: usize| {
             let before = self.parts.iter().take_while(|other| **other != part);
             before.map(length).sum::<usize>() + row * shape(&part).1 + column
@@ -25,10 +27,15 @@ impl Schedule {
                 Statement::Store(Output { part, row, column }, value) => {
                     outputs[at(*part, *row, *column)] = Some(evaluate(value, &names, inputs)?.real());
                 }
+                Statement::Add(Output { part, row, column }, negative, value) => {
+                    let value = evaluate(value, &names, inputs)?.real();
+                    let entry = &mut outputs[at(*part, *row, *column)];
+                    *entry = Some(entry.clone()? + if *negative { -value } else { value });
+                }
                 Statement::Zero { part, rows, .. } => {
                     for (row, runs) in rows {
                         for column in runs.iter().cloned().flatten() {
-                            outputs[at(*part, *row, column)] = Some(N::exact(&Exact::ZERO));
+                            outputs[at(*part, *row, column)] = Some(zero());
                         }
                     }
                 }
@@ -42,10 +49,10 @@ impl Schedule {
                         outputs[at(*part, *row, column)] = Some(factor * value.clone());
                     }
                 }
-                Statement::Negated { part, rows, from } => {
+                Statement::Negated { part, rows, of, from } => {
                     for (index, row) in rows.clone().enumerate() {
                         for column in 0..shape(part).1 {
-                            let value = outputs[at(*part, from + index, column)].clone()?;
+                            let value = outputs[at(*of, from + index, column)].clone()?;
                             outputs[at(*part, row, column)] = Some(-value);
                         }
                     }
@@ -53,7 +60,7 @@ impl Schedule {
                 Statement::Heading(_) => {}
                 Statement::Leave(holds) => {
                     if evaluate(holds, &names, inputs)?.truth() {
-                        outputs.fill(Some(N::exact(&Exact::ZERO)));
+                        outputs.fill(Some(zero()));
                         break;
                     }
                 }

@@ -3,23 +3,23 @@
 //! In: a [`File`]. Out: text that compiles without a warning as C99, with headers that C++ reads too; its only
 //! dependency is `<math.h>`.
 
-use crate::bodies::{BODIES, Parameter, ParameterType, Signature, Slot};
+mod dialect;
+mod prepare;
+
+use crate::bodies::{BODIES, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
-use crate::layouts::LANES;
+use crate::layouts::{LANES, Place};
 use crate::ops::Function;
-use crate::schedule::print::{self, Dialect, together};
+use crate::outputs::Part;
+use crate::schedule::print;
 use crate::schedule::split::Section;
-use crate::schedule::{Output, Part, Variable};
 use crate::targets::parts::{Needed, needed};
 use crate::targets::routine::{Routine, Way, routine};
-use crate::targets::{
-    body, decimal, field_summary, lane, lane_loop, parameter_summary, reads, slot_path, template,
-};
+use crate::targets::{body, field_summary, lane_loop, parameter_summary, reads, stored_as, template};
+use dialect::{C, literal};
 use std::f64::consts::PI;
-use std::ops::Range;
-use std::slice::from_ref;
 
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
@@ -34,6 +34,12 @@ const APART: &str = "
 #define FORCEC_APART
 #endif
 ";
+
+/// What the header says of results that are added to the caller's.
+const ADDED: [&str; 2] = [
+    "The results are added to what these point to: row by row, entries that are not always zero.",
+    "No two may overlap, nor may one overlap an argument.",
+];
 
 /// A longer statement continues on the next line: 100 columns without the indentation of a function's body.
 const WIDTH: usize = 96;
@@ -158,33 +164,80 @@ fn named(kernel: &Kernel, part: &str, precision: Precision) -> String {
 fn declaration(kernel: &Kernel, precision: Precision) -> String {
     let (real, lanes) = (real(precision), extent(kernel.lanes));
     let signature = &kernel.schedule.signature;
-    let mut text = String::new();
-    if signature.has_given() {
-        text.push_str("typedef struct {\n");
-        let names = Arguments::new(signature, Target::C).parameters;
-        for (index, parameter) in signature.given() {
-            let field = format!("{}{}{lanes}", names[index], extents(&parameter.ty));
-            text.push_str(&format!("    {real} {field}; /* {} */\n", escape(&parameter_summary(parameter))));
-        }
-        text.push_str(&format!("}} {};\n\n", named(kernel, "_params", precision)));
+    let mut text = parameters(kernel, kernel.given(), precision);
+    if kernel.once().is_some() {
+        text.push_str(&parameters(kernel, signature, precision));
     }
+    text.push_str(&comment(&where_results_stand(kernel), ""));
     text.push_str("typedef struct {\n");
+    let names = Arguments::new(signature, Target::C);
     for &part in &kernel.schedule.parts {
-        let (rows, columns) = part.shape(signature);
-        let extents = if part.is_list() { format!("[{rows}]") } else { format!("[{rows}][{columns}]") };
-        let summary = part.row().summary.replace('`', "");
-        text.push_str(&format!("    {real} {part}{extents}{lanes}; /* {summary} */\n"));
+        let ((rows, columns), name) = (part.shape(signature), names.result(part));
+        let field = match (kernel.schedule.adds, part.is_list()) {
+            (false, true) => format!("{name}[{rows}]{lanes}"),
+            (false, false) => format!("{name}[{rows}][{columns}]{lanes}"),
+            (true, true) => format!("*{name}"),
+            (true, false) => format!("(*{name})[{columns}]"),
+        };
+        let count = if kernel.schedule.adds { format!("; {rows} rows") } else { String::new() };
+        let summary = part.summary(signature).replace('`', "");
+        text.push_str(&format!("    {real} {field}; /* {summary}{count} */\n"));
     }
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
     text.push_str(&tables(kernel, precision));
+    if kernel.once().is_some() {
+        let remark = format!(
+            "Computes what {} reads at every call, once for all calls with these parameters.",
+            named(kernel, "", precision)
+        );
+        text.push_str(&comment(&[remark], ""));
+        text.push_str(&format!("{};\n\n", prepare::head(kernel, precision, false)));
+    }
     text.push_str(&comment(&kernel.docs, ""));
     text.push_str(&format!("{};\n", prototype(kernel, precision, false)));
     text
 }
 
-/// Where the results of a packed kernel stand.
+/// The struct of parameters, or of what a kernel is prepared with.
+fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> String {
+    if !signature.has_given() {
+        return String::new();
+    }
+    let (real, lanes) = (real(precision), extent(kernel.lanes));
+    let names = Arguments::new(signature, Target::C);
+    let mut text = "typedef struct {\n".to_owned();
+    for (index, parameter) in signature.given() {
+        let field = format!("{}{}{lanes}", names.parameters[index], extents(&parameter.ty));
+        let summary = escape(&kernel.summary_of(signature, index).unwrap_or(parameter_summary(parameter)));
+        text.push_str(&format!("    {real} {field}; /* {summary} */\n"));
+    }
+    text + &format!("}} {};\n\n", named(kernel, &format!("_{}", names.given), precision))
+}
+
+/// What a reader of the header is told of the results.
+fn where_results_stand(kernel: &Kernel) -> Vec<String> {
+    let mut lines = kernel.packing.as_ref().map_or(Vec::new(), |packing| packing.remarks.clone());
+    if kernel.schedule.adds {
+        lines.extend(ADDED.map(str::to_owned));
+    }
+    lines
+}
+
+/// What can be tested of a layout while compiling: which matrices are stored as their upper triangle; where the entries
+/// of a packed kernel stand.
 fn tables(kernel: &Kernel, precision: Precision) -> String {
     let Some(packing) = &kernel.packing else { return String::new() };
+    match kernel.layout.row().place {
+        Place::Triangle => {
+            let line = |(part, triangle): (Part, bool)| {
+                let name = named(kernel, &format!("_{part}_triangle"), precision);
+                format!("enum {{ {name} = {} }}; /* {} */\n", u8::from(triangle), stored_as(triangle))
+            };
+            return kernel.triangles().map(line).collect::<String>() + "\n";
+        }
+        Place::Shared => {}
+        Place::Itself | Place::Bodies => return String::new(),
+    }
     let mut text = comment(
         &[
             "Where the entries of the full results stand: k > 0 is entries[k - 1], k < 0 is -entries[-k - 1],".to_owned(),
@@ -216,21 +269,30 @@ fn extents(ty: &ParameterType) -> String {
 /// word for.
 fn prototype(kernel: &Kernel, precision: Precision, defines: bool) -> String {
     let signature = &kernel.schedule.signature;
-    let several = several_suffix(kernel.lanes);
-    let star = if defines && kernel.lanes > 1 { "*restrict " } else { "*" };
+    let (several, star) = (several_suffix(kernel.lanes), star(kernel, defines));
+    let Arguments { bodies, given, extras, .. } = Arguments::new(signature, Target::C);
     let mut arguments: Vec<String> = Vec::new();
-    for (body, name) in signature.bodies.iter().zip(Arguments::new(signature, Target::C).bodies) {
+    for (body, name) in signature.bodies.iter().zip(bodies) {
         arguments.push(format!("const {}_{precision}{several} {star}{name}", body.kind.row().c_name));
     }
     if signature.has_given() {
-        arguments.push(format!("const {} {star}params", named(kernel, "_params", precision)));
+        arguments.push(format!("const {} {star}{given}", named(kernel, &format!("_{given}"), precision)));
     }
     for (index, extra) in signature.given_extras() {
-        let name = &Arguments::new(signature, Target::C).extras[index];
-        arguments.push(extra_argument(extra, name, kernel.lanes, precision));
+        arguments.push(extra_argument(extra, &extras[index], kernel.lanes, precision));
     }
-    arguments.push(format!("{} {star}out", named(kernel, "_out", precision)));
+    arguments.push(format!("{}{} {star}out", added(kernel), named(kernel, "_out", precision)));
     wrapped(&format!("void {}(", named(kernel, "", precision)), &arguments, ")")
+}
+
+/// What stands between the type and the name of an argument.
+fn star(kernel: &Kernel, defines: bool) -> &'static str {
+    if defines && kernel.lanes > 1 { "*restrict " } else { "*" }
+}
+
+/// What stands before the type of the results: pointers to what they are added to stay as they are.
+fn added(kernel: &Kernel) -> &'static str {
+    if kernel.schedule.adds { "const " } else { "" }
 }
 
 /// The declaration of an extra argument; a lone one is the same for all instances.
@@ -283,11 +345,12 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         remark.push(String::new());
     }
     remark.extend(kernel.summary());
+    let once = prepare::definition(kernel, precision);
     let mut text = comment(&remark, "");
     text.push_str(&format!("{}\n{{\n", prototype(kernel, precision, true)));
     let reads = reads(schedule, &schedule.statements);
-    let results = named(kernel, "_out", precision);
-    let dialect = C { results, ..C::new(&schedule.signature, precision, kernel.lanes) };
+    let mut dialect = C::new(&schedule.signature, precision, kernel.lanes);
+    dialect.results = (!schedule.adds).then(|| named(kernel, "_out", precision));
     let extras = schedule.signature.given_extras().map(|(k, _)| (&dialect.names.extras[k], reads.extras[k]));
     for (name, read) in dialect.names.bodies.iter().zip(reads.bodies).chain(extras) {
         if !read {
@@ -295,7 +358,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         }
     }
     if !reads.parameters && schedule.signature.has_given() {
-        text.push_str("    (void)params;\n");
+        text.push_str(&format!("    (void){};\n", dialect.names.given));
     }
     let sections = schedule.sections();
     if kernel.lanes > 1 {
@@ -321,7 +384,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         }
     }
     text.push_str("}\n");
-    text
+    once + &text
 }
 
 /// The name of the struct through which the parts of a long kernel hand on values.
@@ -330,18 +393,21 @@ fn shared(kernel: &Kernel, precision: Precision) -> String {
 }
 
 fn part_name(kernel: &Kernel, precision: Precision, index: usize, section: &Section) -> String {
-    format!("{}_{}_{}", named(kernel, "", precision), section.part, index + 1)
+    let part = section.part.stem(&kernel.schedule.signature);
+    format!("{}_{part}_{}", named(kernel, "", precision), index + 1)
 }
 
 /// An argument of a part of a long kernel, as it is declared.
 fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
     match *needed {
         Needed::Body(body, name) => format!("const {}_{precision} *{name}", body.kind.row().c_name),
-        Needed::Parameters => format!("const {} *params", named(kernel, "_params", precision)),
+        Needed::Parameters(name) => {
+            format!("const {} *{name}", named(kernel, &format!("_{name}"), precision))
+        }
         Needed::Extra(extra, name) => extra_argument(extra, name, kernel.lanes, precision),
         Needed::Shared(true) => format!("{} *shared", shared(kernel, precision)),
         Needed::Shared(false) => format!("const {} *shared", shared(kernel, precision)),
-        Needed::Results => format!("{} *out", named(kernel, "_out", precision)),
+        Needed::Results => format!("{}{} *out", added(kernel), named(kernel, "_out", precision)),
     }
 }
 
@@ -411,212 +477,4 @@ fn comment(lines: &[String], indent: &str) -> String {
 /// Text that can stand in a comment.
 fn escape(text: &str) -> String {
     text.replace("*/", "* /").replace("/*", "/ *").replace("??/", "? ?/")
-}
-
-fn literal(value: &Exact, precision: Precision) -> String {
-    let suffix = if precision == Precision::F32 { "f" } else { "" };
-    match decimal(value, precision) {
-        Some(decimal) => format!("{decimal}{suffix}"),
-        None if value.is_negative() => format!("-HUGE_VAL{}", suffix.to_uppercase()),
-        None => format!("HUGE_VAL{}", suffix.to_uppercase()),
-    }
-}
-
-/// How C spells statements.
-struct C<'a> {
-    signature: &'a Signature,
-    names: Arguments,
-    precision: Precision,
-    lanes: usize,
-    /// The struct of the results.
-    results: String,
-}
-
-impl C<'_> {
-    fn new(signature: &Signature, precision: Precision, lanes: usize) -> C<'_> {
-        C { signature, names: Arguments::new(signature, Target::C), precision, lanes, results: String::new() }
-    }
-
-    fn place(&self, output: Output) -> String {
-        let (Output { part, row, column }, lane) = (output, lane(self.lanes));
-        if part.is_list() {
-            format!("out->{part}[{row}]{lane}")
-        } else {
-            format!("out->{part}[{row}][{column}]{lane}")
-        }
-    }
-
-    /// The same runs of columns in each of some rows become zero in every instance.
-    fn zeros_of_several(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        let zero = self.literal(&Exact::ZERO);
-        let each = |index: &str, range: &Range<usize>| {
-            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
-        };
-        let lanes = each("lane", &(0..self.lanes));
-        if part.is_list() {
-            let line = format!("    {lanes} out->{part}[i][lane] = {zero};");
-            return vec![each("i", rows), line];
-        }
-        let run = |run: &Range<usize>| {
-            let loops = format!("{} {}", each("i", rows), each("j", run));
-            [loops, format!("    {lanes} out->{part}[i][j][lane] = {zero};")]
-        };
-        columns.iter().flat_map(run).collect()
-    }
-
-    fn ty(&self, variable: &Variable) -> &'static str {
-        if variable.truth { "int" } else { real(self.precision) }
-    }
-
-    fn declare(&self, variable: &Variable) -> String {
-        format!("const {} {}", self.ty(variable), variable.name)
-    }
-
-    fn assign(left: &str, value: &str) -> Vec<String> {
-        let line = format!("{left} = {value};");
-        if line.len() <= WIDTH { vec![line] } else { vec![format!("{left} ="), format!("    {value};")] }
-    }
-
-    fn choose(left: &str, [c, x, y]: [&str; 3]) -> Vec<String> {
-        let value = format!("{c} ? {x} : {y}");
-        if "    ;".len() + value.len() <= WIDTH {
-            return C::assign(left, &value);
-        }
-        vec![format!("{left} ="), format!("    {c}"), format!("        ? {x}"), format!("        : {y};")]
-    }
-
-    /// A loop on one line if that is short enough.
-    fn body(each: String, statement: String) -> Vec<String> {
-        if each.len() + 1 + statement.len() <= WIDTH {
-            return vec![format!("{each} {statement}")];
-        }
-        vec![each, format!("    {statement}")]
-    }
-
-    /// The same runs of columns in each of some rows become zero.
-    fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
-        const CHAIN: usize = 4;
-        if self.lanes > 1 {
-            return self.zeros_of_several(part, rows, columns);
-        }
-        let zero = self.literal(&Exact::ZERO);
-        let width: usize = columns.iter().map(Range::len).sum();
-        let each = |index: &str, range: &Range<usize>| {
-            format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
-        };
-        let name = part.name();
-        if part.is_list() && rows.len() > CHAIN {
-            return vec![format!("{} out->{name}[i] = {zero};", each("i", rows))];
-        }
-        if let [run] = columns {
-            if width > CHAIN && rows.len() == 1 {
-                return vec![format!("{} out->{name}[{}][j] = {zero};", each("j", run), rows.start)];
-            }
-            if width * rows.len() > 2 * CHAIN {
-                return vec![each("i", rows), format!("    {} out->{name}[i][j] = {zero};", each("j", run))];
-            }
-        }
-        let entries = rows.clone().flat_map(|row| {
-            columns.iter().cloned().flatten().map(move |column| Output::new(part, row, column))
-        });
-        let places: Vec<String> = entries.map(|output| self.place(output)).collect();
-        let chain = if width > 1 { width.min(CHAIN) } else { CHAIN };
-        // A line never mixes rows, unless each has but one entry.
-        let lines =
-            places.chunks(if width > 1 { width } else { places.len() }).flat_map(|row| row.chunks(chain));
-        lines.flat_map(|line| C::assign(&line.join(" = "), &zero)).collect()
-    }
-}
-
-impl Dialect for C<'_> {
-    fn literal(&self, value: &Exact) -> String {
-        literal(value, self.precision)
-    }
-
-    fn fused(&self) -> String {
-        super::spelled("fma{f}({0}, {1}, {2})", self.precision)
-    }
-
-    fn known(&self, value: bool) -> String {
-        u8::from(value).to_string()
-    }
-
-    fn input(&self, slot: Slot) -> String {
-        match self.signature.known(slot) {
-            Some(value) => self.literal(&value),
-            None => slot_path(self.signature, &self.names, slot, "->", self.lanes),
-        }
-    }
-
-    fn function(&self, function: Function) -> String {
-        template(function.row().c, function, self.precision)
-    }
-
-    fn define(&self, variable: &Variable, value: &str) -> Vec<String> {
-        C::assign(&self.declare(variable), value)
-    }
-
-    fn store(&self, output: Output, value: &str) -> Vec<String> {
-        C::assign(&self.place(output), value)
-    }
-
-    fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String> {
-        C::choose(&self.declare(variable), select)
-    }
-
-    fn store_select(&self, output: Output, select: [&str; 3]) -> Vec<String> {
-        C::choose(&self.place(output), select)
-    }
-
-    fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String> {
-        let whole = 0..part.shape(self.signature).1;
-        let lines = |(rows, runs): (Range<usize>, &[Range<usize>])| {
-            // gcc stores a whole row wide, and then what is not zero; it stores none wide when zeros stand among them.
-            self.zeros(part, &rows, if first { from_ref(&whole) } else { runs })
-        };
-        together(rows).into_iter().flat_map(lines).collect()
-    }
-
-    fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {
-        let mut lines = vec![format!("{}[{}] = {{", self.declare(variable), values.len())];
-        let mut line = String::new();
-        for value in values {
-            if !line.is_empty() && line.len() + value.len() + "     ,".len() > WIDTH {
-                lines.push(format!("    {}", line.trim_end()));
-                line.clear();
-            }
-            line.push_str(&format!("{value}, "));
-        }
-        lines.push(format!("    {}", line.trim_end()));
-        lines.push("};".to_owned());
-        lines
-    }
-
-    fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String> {
-        let (columns, count) = (&columns.name, part.shape(self.signature).1);
-        let each = format!("for (int j = 0; j < {count}; j++)");
-        C::body(each, format!("out->{part}[{row}][j] = {factor} * {columns}[j];"))
-    }
-
-    fn negated(&self, part: Part, rows: &Range<usize>, from: usize) -> Vec<String> {
-        let count = part.shape(self.signature).1;
-        let back = rows.start - from;
-        if rows.len() == 1 {
-            let (row, each) = (rows.start, format!("for (int j = 0; j < {count}; j++)"));
-            return C::body(each, format!("out->{part}[{row}][j] = -out->{part}[{from}][j];"));
-        }
-        vec![
-            format!("for (int i = {}; i < {}; i++)", rows.start, rows.end),
-            format!("    for (int j = 0; j < {count}; j++) out->{part}[i][j] = -out->{part}[i - {back}][j];"),
-        ]
-    }
-
-    fn leave(&self, condition: &str) -> Vec<String> {
-        let zero = format!("    *out = ({}){{ 0 }};", self.results);
-        vec![format!("if ({condition}) {{"), zero, "    return;".to_owned(), "}".to_owned()]
-    }
-
-    fn remark(&self, text: &str) -> Vec<String> {
-        vec![format!("/* {text} */")]
-    }
 }

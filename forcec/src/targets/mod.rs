@@ -82,7 +82,7 @@ fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str, 
     };
     let mut path = match signature.extra(slot) {
         Some(extra) => names.extras[extra].clone(),
-        None => format!("params{arrow}{}", names.parameters[argument - signature.bodies.len()]),
+        None => format!("{}{arrow}{}", names.given, names.parameters[argument - signature.bodies.len()]),
     };
     for index in indices(&parameter.ty.extents(), slot.offset) {
         path.push_str(&format!("[{index}]"));
@@ -189,6 +189,11 @@ fn parameter_summary(parameter: &Parameter) -> String {
         Domain::Unit => ", of length one".to_owned(),
     };
     format!("{}{domain}", kind(&parameter.ty))
+}
+
+/// How a matrix is stored by a layout that looks for symmetric ones.
+fn stored_as(triangle: bool) -> &'static str {
+    if triangle { "symmetric: the upper triangle, row by row" } else { "in full" }
 }
 
 /// The text with its first letter in upper case and a full stop.

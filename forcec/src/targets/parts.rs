@@ -12,8 +12,8 @@ use crate::targets::reads;
 pub(super) enum Needed<'a> {
     /// A body, by its name.
     Body(&'a Body, &'a str),
-    /// The parameters.
-    Parameters,
+    /// The parameters, by the name of the argument.
+    Parameters(&'a str),
     /// An extra argument, by its name.
     Extra(&'a Parameter, &'a str),
     /// The struct through which parts hand on values, and whether this one does.
@@ -26,8 +26,7 @@ impl Needed<'_> {
     /// What it is called in the part; but for what is shared, the kernel calls it so too.
     pub(super) fn name(&self) -> &str {
         match self {
-            Needed::Body(_, name) | Needed::Extra(_, name) => name,
-            Needed::Parameters => "params",
+            Needed::Body(_, name) | Needed::Extra(_, name) | Needed::Parameters(name) => name,
             Needed::Shared(_) => "shared",
             Needed::Results => "out",
         }
@@ -40,7 +39,7 @@ pub(super) fn needed<'a>(schedule: &'a Schedule, section: &Section, names: &'a A
     let reads = reads(schedule, section.written(schedule));
     let bodies = signature.bodies.iter().zip(&names.bodies).zip(reads.bodies).filter(|(_, read)| *read);
     let mut all: Vec<Needed<'a>> = bodies.map(|((body, name), _)| Needed::Body(body, name)).collect();
-    all.extend(reads.parameters.then_some(Needed::Parameters));
+    all.extend(reads.parameters.then_some(Needed::Parameters(names.given)));
     let extras = signature.given_extras().filter(|(index, _)| reads.extras[*index]);
     all.extend(extras.map(|(index, extra)| Needed::Extra(extra, &names.extras[index])));
     all.extend(section.shares().then_some(Needed::Shared(!section.hands_on.is_empty())));

@@ -546,7 +546,7 @@ impl Point<'_, '_> {
             }
             Part::DfdxProduct => self.dfdx()?.times(self.extra("direction")),
             Part::DfdvProduct => self.dfdv()?.times(self.extra("direction")),
-            Part::Entries => unreachable!("a program computes results, not their list"),
+            Part::List(_) | Part::Block(_) => unreachable!("a program computes results, not their pieces"),
         })
     }
 
