@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 18] = [
+const VOCABULARY: [&str; 20] = [
     "bodies",
     "definition",
     "diagnostic",
@@ -16,17 +16,19 @@ const VOCABULARY: [&str; 18] = [
     "number",
     "ops",
     "outputs",
+    "places",
     "plan",
     "scalar",
     "span",
     "special",
     "specialize",
+    "states",
     "vector",
     "verify",
 ];
 
 /// The pipeline, in order: a module, and the earlier ones that it imports besides the vocabulary.
-const PIPELINE: [(&str, &[&str]); 16] = [
+const PIPELINE: [(&str, &[&str]); 17] = [
     ("syntax", &[]),
     ("check", &["syntax"]),
     ("derive", &[]),
@@ -35,7 +37,8 @@ const PIPELINE: [(&str, &[&str]); 16] = [
     ("optimize", &["derive"]),
     ("schedule", &[]),
     ("kernel", &["schedule"]),
-    ("targets", &["kernel", "schedule"]),
+    ("rounding", &["kernel"]),
+    ("targets", &["kernel", "rounding", "schedule"]),
     ("compile", &["syntax", "check", "derive", "formula", "optimize", "schedule", "kernel"]),
     ("library", &["kernel", "targets", "compile"]),
     ("ties", &["kernel", "targets", "compile"]),
@@ -46,13 +49,16 @@ const PIPELINE: [(&str, &[&str]); 16] = [
         "cli",
         &[
             "syntax", "check", "derive", "formula", "text", "optimize", "schedule", "kernel", "targets",
-            "compile", "files",
+            "compile", "files", "rounding",
         ],
     ),
 ];
 
 /// A stage may speak to one thing of a later one, or of one that stands beside it; each with its reason.
-const EXCEPTIONS: [(&str, &str); 0] = [];
+const EXCEPTIONS: [(&str, &str); 1] = [
+    // What a kernel is off by is measured in the numbers of the checks; what is printed does without.
+    ("rounding/observed.rs", "verify"),
+];
 
 /// Lines a file may have.
 const LONGEST: usize = 700;

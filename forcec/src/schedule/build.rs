@@ -65,6 +65,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         statements,
         nonzero,
         distinct: distinct.len(),
+        doubled: false,
     }
 }
 

@@ -240,6 +240,8 @@ pub struct Schedule {
     pub nonzero: usize,
     /// How many of these differ in more than their sign.
     pub distinct: usize,
+    /// Whether some values are computed in doubled precision.
+    pub doubled: bool,
 }
 
 /// What may be written how.
@@ -262,7 +264,8 @@ pub fn schedule(program: &Program, style: Style) -> Schedule {
     };
     let (schedule, leaves) = build(!style.single);
     // A part of a long kernel cannot leave it.
-    if leaves && schedule.sections().len() > 1 { build(false).0 } else { schedule }
+    let schedule = if leaves && schedule.sections().len() > 1 { build(false).0 } else { schedule };
+    Schedule { doubled: program.graph.iter().any(|(id, _)| program.graph.is_doubled(id)), ..schedule }
 }
 
 impl Schedule {

@@ -9,6 +9,7 @@ use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::layouts::LANES;
 use crate::ops::Function;
+use crate::rounding::rounding;
 use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Variable};
@@ -283,6 +284,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         remark.push(String::new());
     }
     remark.extend(kernel.summary());
+    remark.extend(rounding(kernel, precision).lines());
     let mut text = comment(&remark, "");
     text.push_str(&format!("{}\n{{\n", prototype(kernel, precision, true)));
     let reads = reads(schedule, &schedule.statements);

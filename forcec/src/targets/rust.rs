@@ -9,6 +9,7 @@ use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
+use crate::rounding::rounding;
 use crate::schedule::print::{self, Dialect, together};
 use crate::schedule::split::Section;
 use crate::schedule::{Output, Part, Statement, Variable};
@@ -71,7 +72,7 @@ pub fn module(file: &File) -> String {
 pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     let schedule = &kernel.schedule;
     let signature = &schedule.signature;
-    let mut text = documentation(kernel);
+    let mut text = documentation(kernel, precision);
     text.push_str(&format!("pub mod {} {{\n", module_name(kernel, precision)));
     text.push_str(&imports(signature, precision, kernel.lanes));
     text.push_str(&constants(kernel));
@@ -331,13 +332,14 @@ pub fn module_name(kernel: &Kernel, precision: Precision) -> String {
     kernel_name(&kernel.name, Target::Rust, suffix)
 }
 
-fn documentation(kernel: &Kernel) -> String {
+fn documentation(kernel: &Kernel, precision: Precision) -> String {
     let mut lines: Vec<String> = kernel.docs.clone();
     if !lines.is_empty() {
         lines.push(String::new());
     }
     lines.push("```text".to_owned());
     lines.extend(kernel.summary());
+    lines.extend(rounding(kernel, precision).lines());
     lines.push("```".to_owned());
     lines.iter().map(|line| format!("{}\n", format!("/// {line}").trim_end())).collect()
 }

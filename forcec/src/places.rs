@@ -3,11 +3,11 @@
 //! In: a signature. Out: the place of every slot in a flat list of reals, arguments in order, fields in memory order;
 //! and the tangent coordinates with the places they move.
 
-use super::report::Inputs;
 use crate::bodies::{Role, Signature, Slot};
+use std::fmt;
 
 /// The places of a signature's slots.
-pub(crate) struct Layout {
+pub(crate) struct Places {
     pub(crate) signature: Signature,
     starts: Vec<Vec<usize>>,
     pub(crate) length: usize,
@@ -27,8 +27,8 @@ pub(crate) struct Coordinate {
     pub(crate) start: usize,
 }
 
-impl Layout {
-    pub(crate) fn new(signature: &Signature) -> Layout {
+impl Places {
+    pub(crate) fn new(signature: &Signature) -> Places {
         let mut length = 0;
         let mut place = |reals: usize| {
             length += reals;
@@ -41,18 +41,18 @@ impl Layout {
         for parameter in signature.parameters.iter().chain(&signature.extras) {
             starts.push(vec![place(parameter.ty.length() as usize)]);
         }
-        let mut layout =
-            Layout { signature: signature.clone(), starts, length, pose: Vec::new(), velocity: Vec::new() };
+        let mut places =
+            Places { signature: signature.clone(), starts, length, pose: Vec::new(), velocity: Vec::new() };
         for (blocks, pose) in [(signature.pose_blocks(), true), (signature.velocity_blocks(), false)] {
             let coordinates = blocks.iter().flat_map(|block| {
                 let slot = signature.body_slot(block.body, block.role);
-                let start = slot.map_or(0, |slot| layout.place(slot));
+                let start = slot.map_or(0, |slot| places.place(slot));
                 (0..3).map(move |axis| Coordinate { body: block.body, role: block.role, axis, start })
             });
             let coordinates: Vec<Coordinate> = coordinates.collect();
-            *(if pose { &mut layout.pose } else { &mut layout.velocity }) = coordinates;
+            *(if pose { &mut places.pose } else { &mut places.velocity }) = coordinates;
         }
-        layout
+        places
     }
 
     /// Where a slot stands.
@@ -85,5 +85,22 @@ impl Layout {
             inputs.push((parameter.name.clone(), values[at..at + parameter.ty.length() as usize].to_vec()));
         }
         Inputs(inputs)
+    }
+}
+
+/// All inputs of a kernel: each field and parameter with its reals, in memory order.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Inputs(pub Vec<(String, Vec<f64>)>);
+
+impl fmt::Display for Inputs {
+    /// A line for each; the digits give back the same doubles.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, values) in &self.0 {
+            match values.as_slice() {
+                [value] => writeln!(f, "{name} = {value:?}")?,
+                values => writeln!(f, "{name} = {values:?}")?,
+            }
+        }
+        Ok(())
     }
 }
