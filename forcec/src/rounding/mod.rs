@@ -195,23 +195,26 @@ pub fn rounding(kernel: &Kernel, precision: Precision) -> Rounding {
 impl Rounding {
     /// What the head of a kernel says, in a line or two; nothing of a kernel that has no regular state.
     pub fn lines(&self) -> Vec<String> {
-        let told: Vec<String> = (self.bounds.iter().filter(|bound| bound.unbounded < self.states))
-            .map(|bound| format!("{} {}", bound.part.row().title, upward(bound.relative)))
+        let told = self.bounds.iter().filter(|bound| bound.unbounded < self.states);
+        let told: Vec<String> = told
+            .map(|bound| match bound.relative {
+                0.0 => format!("{} exact", bound.part),
+                relative => format!("{} ≤ {}", bound.part, upward(relative)),
+            })
             .collect();
         let mut lines = Vec::new();
         if !told.is_empty() {
             let states = self.states;
             lines.push(format!(
-                "Rounding at {states} random states, of the largest entry: {}.",
+                "Rounding: {} of the largest entry, at {states} random states.",
                 told.join(", ")
             ));
         }
         let open = self.bounds.iter().filter(|bound| bound.unbounded > 0);
         lines.extend(open.map(|bound| {
-            let title = bound.part.row().title;
             format!(
-                "At {} of {} random states rounding of {title} has no bound.",
-                bound.unbounded, self.states
+                "At {} of {} random states rounding of {} has no bound.",
+                bound.unbounded, self.states, bound.part
             )
         }));
         lines
