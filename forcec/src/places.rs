@@ -7,28 +7,34 @@ use crate::bodies::{Role, Signature, Slot};
 use std::fmt;
 
 /// The places of a signature's slots.
-pub(crate) struct Places {
-    pub(crate) signature: Signature,
+pub struct Places {
+    /// The arguments.
+    pub signature: Signature,
     starts: Vec<Vec<usize>>,
-    pub(crate) length: usize,
+    /// How many reals they are.
+    pub length: usize,
     /// The coordinates of the pose, in the order of the generalised forces.
-    pub(crate) pose: Vec<Coordinate>,
+    pub pose: Vec<Coordinate>,
     /// The coordinates of the velocity, in the same order.
-    pub(crate) velocity: Vec<Coordinate>,
+    pub velocity: Vec<Coordinate>,
 }
 
 /// One tangent coordinate.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coordinate {
-    pub(crate) body: u16,
-    pub(crate) role: Role,
-    pub(crate) axis: usize,
+pub struct Coordinate {
+    /// Whose it is.
+    pub body: u16,
+    /// What it moves.
+    pub role: Role,
+    /// Along or about which axis.
+    pub axis: usize,
     /// Where the field that it moves starts.
-    pub(crate) start: usize,
+    pub start: usize,
 }
 
 impl Places {
-    pub(crate) fn new(signature: &Signature) -> Places {
+    /// Of this signature.
+    pub fn new(signature: &Signature) -> Places {
         let mut length = 0;
         let mut place = |reals: usize| {
             length += reals;
@@ -56,22 +62,22 @@ impl Places {
     }
 
     /// Where a slot stands.
-    pub(crate) fn place(&self, slot: Slot) -> usize {
+    pub fn place(&self, slot: Slot) -> usize {
         self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
     }
 
     /// Where a body's field starts, if it has it.
-    pub(crate) fn field(&self, body: usize, role: Role) -> Option<usize> {
+    pub fn field(&self, body: usize, role: Role) -> Option<usize> {
         self.signature.body_slot(body as u16, role).map(|slot| self.place(slot))
     }
 
     /// Where a parameter starts, or an extra, counted after the parameters.
-    pub(crate) fn parameter(&self, parameter: usize) -> usize {
+    pub fn parameter(&self, parameter: usize) -> usize {
         self.starts[self.signature.bodies.len() + parameter][0]
     }
 
     /// Every field and parameter with its values, for people.
-    pub(crate) fn inputs(&self, values: &[f64]) -> Inputs {
+    pub fn inputs(&self, values: &[f64]) -> Inputs {
         let mut inputs = Vec::new();
         for (b, body) in self.signature.bodies.iter().enumerate() {
             for (field, &at) in body.kind.row().fields.iter().zip(&self.starts[b]) {

@@ -43,7 +43,7 @@ impl Family {
     }
 
     /// Whether rounding leaves most digits of a well-behaved function: neither far nor near-singular.
-    pub(crate) fn is_ordinary(self) -> bool {
+    pub fn is_ordinary(self) -> bool {
         matches!(self, Family::Random | Family::Rest | Family::Identity)
     }
 }

@@ -366,12 +366,10 @@ impl<F: Format> Arithmetic for Running<'_, F> {
 
 impl<F: Format> Number for Running<'_, F> {
     fn holds(comparison: Comparison, x: &Self, y: &Self) -> bool {
-        let apart = (x.value - y.value).abs();
-        let exact = x.error() == 0.0 && y.error() == 0.0;
-        if !exact && !(apart > up(x.error() + y.error()) * UP) {
-            if let Some(undecided) = x.undecided.or(y.undecided) {
-                undecided.set(true);
-            }
+        let (apart, error) = ((x.value - y.value).abs(), x.error() + y.error());
+        let decided = error == 0.0 || apart > up(error) * UP;
+        if let (false, Some(undecided)) = (decided, x.undecided.or(y.undecided)) {
+            undecided.set(true);
         }
         f64::holds(comparison, &x.value, &y.value)
     }
