@@ -29,7 +29,7 @@ fn library(plan: Plan) -> Vec<Stages> {
 
 /// At every state with a value in 320 bits no entry is further off than its bound.
 fn holds(plan: Plan) {
-    let (mut compared, mut tight) = (0, 0);
+    let (mut compared, mut tight, mut half) = (0, 0, 0);
     for function in library(plan) {
         for precision in [Precision::F64, Precision::F32] {
             let analysis = Analysis::new(&function.kernel, precision);
@@ -49,6 +49,7 @@ fn holds(plan: Plan) {
                     );
                     compared += 1;
                     tight += usize::from(error.error > entry.error / 100.0);
+                    half += usize::from(error.error > entry.error / 2.0);
                 }
             }
         }
@@ -56,6 +57,8 @@ fn holds(plan: Plan) {
     assert!(compared > 300_000, "{compared} entries");
     // Of those that round at all, bounds a hundred times as large are few.
     assert!(tight * 4 > compared, "{tight} of {compared} entries come near their bound");
+    // Bounds half as large would fail at thousands.
+    assert!(half > 1000, "{half} of {compared} entries are off by more than half of their bound");
 }
 
 #[test]
