@@ -15,9 +15,12 @@ use forcec::lint::{advise, render};
 use forcec::ops::Function;
 use forcec::optimize::PASSES;
 use forcec::outputs::{Axis, Part};
+use forcec::rounding::observed::compare;
+use forcec::rounding::upward;
 use forcec::scalar::Operations;
 use forcec::span::Source;
 use forcec::targets;
+use forcec::verify::Family;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -77,17 +80,21 @@ fn compiled(path: &str, names: &[&str]) -> Compiled {
         .unwrap_or_else(|errors| panic!("{errors}"))
 }
 
+/// The force files of the library, in order.
+fn force_files() -> Vec<String> {
+    let entries = fs::read_dir(root().join("constraints")).unwrap();
+    let mut files: Vec<String> = entries
+        .map(|entry| format!("constraints/{}", entry.unwrap().file_name().to_str().unwrap()))
+        .filter(|file| file.ends_with(".rs"))
+        .collect();
+    files.sort();
+    files
+}
+
 /// The named kernels of the library, in the order of the names.
 fn library(names: &[&str]) -> Vec<Stages> {
-    let mut entries: Vec<PathBuf> =
-        fs::read_dir(root().join("constraints")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    entries.retain(|path| path.extension().is_some_and(|extension| extension == "rs"));
-    entries.sort();
-    let mut found = Vec::new();
-    for path in entries {
-        let file = format!("constraints/{}", path.file_name().unwrap().to_str().unwrap());
-        found.extend(compiled(&file, names).functions);
-    }
+    let mut found: Vec<Stages> =
+        force_files().iter().flat_map(|file| compiled(file, names).functions).collect();
     let place = |stages: &Stages| names.iter().position(|name| *name == stages.kernel.name);
     found.sort_by_key(place);
     assert_eq!(found.len(), names.len(), "every kernel of {names:?} is in the library");
@@ -153,6 +160,7 @@ fn printed(name: &str) -> String {
             LAYOUTS.iter().map(|row| vec![code(row.name), row.summary.to_owned()]),
         ),
         "derivatives" => derivatives(),
+        "rounding" => rounding(),
         "functions" => functions(),
         "identities" => table(
             &["name", "left", "right"],
@@ -271,6 +279,37 @@ fn outputs() -> String {
         vec![code(name), parts.iter().map(field).collect::<Vec<String>>().join("; ")]
     };
     table(&["output", "fields of `out`"], Part::CHOICES.iter().map(row))
+}
+
+/// Bounds of rounding errors and the errors, of every kernel of the library.
+fn rounding() -> String {
+    let mut heading = vec!["kernel".to_owned()];
+    for precision in [Precision::F64, Precision::F32] {
+        heading.extend(Part::DEFAULT.map(|part| format!("{}, {precision}", part.row().title)));
+    }
+    let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
+    let mut rows = Vec::new();
+    for path in force_files() {
+        let source = Source::new(&path, read(&path));
+        let compiled = compile(&source, &|_| true, forcec::Effort::Default);
+        for Stages { kernel, .. } in compiled.unwrap_or_else(|errors| panic!("{errors}")).functions {
+            let mut row = vec![code(&kernel.name)];
+            for precision in [Precision::F64, Precision::F32] {
+                for found in compare(&kernel, precision, &[Family::Random]) {
+                    let told =
+                        if found.states > found.unbounded { upward(found.bound) } else { "none".to_owned() };
+                    let open = found.unbounded;
+                    let open = if open > 0 { format!(" ({open} without)") } else { String::new() };
+                    row.push(match (found.bound, open.is_empty()) {
+                        (0.0, true) => "0".to_owned(),
+                        _ => format!("{told}{open}, {}", upward(found.observed)),
+                    });
+                }
+            }
+            rows.push(row);
+        }
+    }
+    table(&heading, rows)
 }
 
 /// The methods, a table for each type.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 20] = [
+const VOCABULARY: [&str; 22] = [
     "bodies",
     "definition",
     "diagnostic",
@@ -17,18 +17,20 @@ const VOCABULARY: [&str; 20] = [
     "ops",
     "options",
     "outputs",
+    "places",
     "plan",
     "scalar",
     "span",
     "special",
     "specialize",
+    "states",
     "suggest",
     "vector",
     "verify",
 ];
 
 /// The pipeline, in order: a module, and the earlier ones that it imports besides the vocabulary.
-const PIPELINE: [(&str, &[&str]); 18] = [
+const PIPELINE: [(&str, &[&str]); 19] = [
     ("syntax", &[]),
     ("check", &["syntax"]),
     ("derive", &[]),
@@ -38,7 +40,8 @@ const PIPELINE: [(&str, &[&str]); 18] = [
     ("prepare", &[]),
     ("schedule", &[]),
     ("kernel", &["schedule"]),
-    ("targets", &["kernel", "schedule"]),
+    ("rounding", &["kernel"]),
+    ("targets", &["kernel", "rounding", "schedule"]),
     ("compile", &["syntax", "check", "derive", "formula", "optimize", "prepare", "schedule", "kernel"]),
     ("library", &["kernel", "targets", "compile"]),
     ("ties", &["kernel", "targets", "compile"]),
@@ -50,13 +53,16 @@ const PIPELINE: [(&str, &[&str]); 18] = [
         "cli",
         &[
             "syntax", "check", "derive", "formula", "text", "optimize", "schedule", "kernel", "targets",
-            "compile", "files", "lint",
+            "compile", "files", "lint", "rounding",
         ],
     ),
 ];
 
 /// A stage may speak to one thing of a later one, or of one that stands beside it; each with its reason.
-const EXCEPTIONS: [(&str, &str); 0] = [];
+const EXCEPTIONS: [(&str, &str); 1] = [
+    // What a kernel is off by is measured in the numbers of the checks; what is printed does without.
+    ("rounding/observed.rs", "verify"),
+];
 
 /// Lines a file may have.
 const LONGEST: usize = 700;

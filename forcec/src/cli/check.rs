@@ -1,7 +1,8 @@
 //! `forcec check`: every kernel against the mathematics of its source.
 
-use super::{Failure, Input, Outcome, in_parallel, print};
+use super::{Failure, Input, Outcome, in_parallel, print, rounding};
 use crate::compile::Stages;
+use crate::kernel::Kernel;
 use crate::layouts::Layout;
 use crate::outputs::Part;
 use crate::verify::probe::Probe;
@@ -14,6 +15,9 @@ pub(super) struct Check {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
+    /// Print bounds of the rounding errors of each result beside the errors, in both precisions
+    #[arg(long)]
+    rounding: bool,
 }
 
 impl Check {
@@ -36,9 +40,22 @@ impl Check {
                 report
             },
         );
-        print(&if self.json { verify::json(&reports) } else { verify::table(&reports) })?;
+        let kernels: Vec<&Kernel> = functions.iter().map(|function| &function.kernel).collect();
+        print(&match (self.json, self.rounding) {
+            (true, false) => verify::json(&reports),
+            (true, true) => with_rounding(&verify::json(&reports), &kernels),
+            (false, false) => verify::table(&reports),
+            (false, true) => format!("{}\n{}", verify::table(&reports), rounding::table(&kernels)),
+        })?;
         if reports.iter().all(|report| report.passed) { Ok(()) } else { Err(Failure::Check) }
     }
+}
+
+/// A report as JSON with one more field, `rounding`.
+fn with_rounding(report: &str, kernels: &[&Kernel]) -> String {
+    let mut report: serde_json::Value = serde_json::from_str(report).expect("a report is JSON");
+    report["rounding"] = rounding::json(kernels);
+    format!("{report}\n")
 }
 
 /// States at which places are compared.

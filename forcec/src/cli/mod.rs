@@ -7,6 +7,7 @@ mod check;
 mod input;
 mod lint;
 mod options;
+mod rounding;
 mod scene;
 mod show;
 mod stats;

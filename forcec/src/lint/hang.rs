@@ -9,7 +9,7 @@ use super::measure::gauss_newton;
 use super::model::{Model, Response};
 use crate::bodies::Role;
 use crate::definition::Law;
-use crate::verify::states::Random;
+use crate::states::Random;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 

@@ -17,7 +17,7 @@ pub use text::render;
 use crate::definition::{Definition, Law};
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;
-use crate::verify::states::Random;
+use crate::states::Random;
 use model::Model;
 
 /// States that are drawn.

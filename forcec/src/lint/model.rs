@@ -9,11 +9,11 @@ use crate::definition::{Definition, Law};
 use crate::derive::derive;
 use crate::optimize::optimize;
 use crate::outputs::Part;
+use crate::places::Places;
 use crate::plan::{Mode, Plan};
 use crate::scalar::Id;
+use crate::states::{Random, draw};
 use crate::verify::Family;
-use crate::verify::layout::Layout;
-use crate::verify::states::{Random, draw};
 use crate::verify::tape::Tape;
 use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
 use std::ops::Range;
@@ -21,7 +21,7 @@ use std::ops::Range;
 /// A definition, ready to be evaluated.
 pub(super) struct Model<'a> {
     pub(super) definition: &'a Definition,
-    pub(super) layout: Layout,
+    pub(super) layout: Places,
     tape: Tape,
     parts: Vec<(Part, Range<usize>)>,
 }
@@ -59,7 +59,7 @@ impl<'a> Model<'a> {
         // Lowered and no more: what is asked for are values, not how fast they come.
         let plan = Plan { mode: Mode::Strict, ..Plan::default() };
         let program = optimize(|formulation| derive(definition, &wanted, formulation), plan).program;
-        let layout = Layout::new(&program.signature);
+        let layout = Places::new(&program.signature);
         let outputs: Vec<Id> = program.outputs().collect();
         let tape = Tape::new(&program, &layout, &outputs);
         let mut end = 0;

@@ -68,6 +68,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         nonzero,
         distinct: distinct.len(),
         adds: style.adds,
+        doubled: false,
     }
 }
 

@@ -247,6 +247,8 @@ pub struct Schedule {
     pub distinct: usize,
     /// Whether outputs are added to what is there, and zeros left alone.
     pub adds: bool,
+    /// Whether some values are computed in doubled precision.
+    pub doubled: bool,
 }
 
 /// What may be written how.
@@ -271,7 +273,8 @@ pub fn schedule(program: &Program, style: Style) -> Schedule {
     };
     let (schedule, leaves) = build(!style.single);
     // A part of a long kernel cannot leave it.
-    if leaves && schedule.sections().len() > 1 { build(false).0 } else { schedule }
+    let schedule = if leaves && schedule.sections().len() > 1 { build(false).0 } else { schedule };
+    Schedule { doubled: program.graph.iter().any(|(id, _)| program.graph.is_doubled(id)), ..schedule }
 }
 
 impl Schedule {

@@ -13,6 +13,7 @@ use crate::kernel::{File, Kernel, Precision};
 use crate::layouts::{LANES, Place};
 use crate::ops::Function;
 use crate::outputs::Part;
+use crate::rounding::rounding;
 use crate::schedule::print;
 use crate::schedule::split::Section;
 use crate::targets::parts::{Needed, needed};
@@ -346,6 +347,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     }
     remark.extend(kernel.summary());
     let once = prepare::definition(kernel, precision);
+    remark.extend(rounding(kernel, precision).lines());
     let mut text = comment(&remark, "");
     text.push_str(&format!("{}\n{{\n", prototype(kernel, precision, true)));
     let reads = reads(schedule, &schedule.statements);

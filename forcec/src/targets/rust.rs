@@ -12,6 +12,7 @@ use crate::identifiers::{Arguments, Target, kernel_name};
 use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::outputs::Part;
+use crate::rounding::rounding;
 use crate::schedule::print;
 use crate::schedule::split::Section;
 use crate::targets::parts::{Needed, needed};
@@ -67,7 +68,7 @@ pub(crate) fn body_type(row: &BodyRow, precision: Precision, lanes: usize) -> St
 pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     let schedule = &kernel.schedule;
     let signature = &schedule.signature;
-    let mut text = documentation(kernel);
+    let mut text = documentation(kernel, precision);
     text.push_str(&format!("pub mod {} {{\n", module_name(kernel, precision)));
     text.push_str(&imports(signature, precision, kernel.lanes));
     text.push_str(&constants(kernel));
@@ -291,13 +292,14 @@ pub fn module_name(kernel: &Kernel, precision: Precision) -> String {
     kernel_name(&kernel.name, Target::Rust, suffix)
 }
 
-fn documentation(kernel: &Kernel) -> String {
+fn documentation(kernel: &Kernel, precision: Precision) -> String {
     let mut lines: Vec<String> = kernel.docs.clone();
     if !lines.is_empty() {
         lines.push(String::new());
     }
     lines.push("```text".to_owned());
     lines.extend(kernel.summary());
+    lines.extend(rounding(kernel, precision).lines());
     lines.push("```".to_owned());
     lines.iter().map(|line| format!("{}\n", format!("/// {line}").trim_end())).collect()
 }

@@ -3,21 +3,21 @@
 //! In: a function and a program that computes any choice of results. Out: a [`Report`] of their entries at the states of a
 //! check, against the exact oracle. Differences and invariants are left to the check of the whole kernel.
 
-use super::layout::Layout;
 use super::oracle::Oracle;
 use super::report::{Comparison, Coverage, Differences, Report};
-use super::states::{Family, Random, draw};
 use super::tape::Tape;
-use super::{CheckOptions, Here, Subject, input_errors, seed};
+use super::{CheckOptions, Here, Subject, input_errors};
+use crate::places::Places;
 use crate::scalar::Id;
+use crate::states::{Family, Random, draw, seed};
 
 /// Checks every result that the program computes.
 pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
     let program = subject.program;
-    let layout = Layout::new(&program.signature);
-    let oracle = Oracle::new(subject.source, &layout);
+    let places = Places::new(&program.signature);
+    let oracle = Oracle::new(subject.source, &places);
     let outputs: Vec<Id> = program.outputs().collect();
-    let tape = Tape::new(program, &layout, &outputs);
+    let tape = Tape::new(program, &places, &outputs);
     let mut comparisons: Vec<Comparison> =
         program.arrays.iter().map(|array| Comparison::new(array.part)).collect();
     let mut coverage = Vec::new();
@@ -27,7 +27,7 @@ pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
         while states.checked < options.states && states.checked + states.singular < 10 * options.states {
             number += 1;
             let mut random = Random::new(seed(options.seed, family, number));
-            let state = draw(&layout, oracle.is_constraint(), family, states.checked, &mut random);
+            let state = draw(&places, oracle.is_constraint(), family, states.checked, &mut random);
             let exact = oracle.unit_point(&state).and_then(|point| {
                 let noise = point.noise;
                 let arrays: Result<Vec<_>, _> =
@@ -39,9 +39,9 @@ pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
                 continue;
             };
             states.checked += 1;
-            let computed = tape.bounds(&state.values, &input_errors(&layout, &state.values));
+            let computed = tape.bounds(&state.values, &input_errors(&places, &state.values));
             let mut computed = computed.as_slice();
-            let here = Here { layout: &layout, family, state: &state };
+            let here = Here { places: &places, family, state: &state };
             for ((array, exact), comparison) in program.arrays.iter().zip(exact).zip(&mut comparisons) {
                 let (entries, rest) = computed.split_at(exact.len());
                 computed = rest;

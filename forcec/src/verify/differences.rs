@@ -6,10 +6,10 @@
 //! contradicts it, and only over steps that no periodic function of the kernel turns through, so that a structure
 //! smaller than the step raises no false alarm.
 
-use super::layout::{Coordinate, Layout};
-use super::states::State;
 use super::tape::{Bounded, Run, Tape};
 use crate::bodies::Role;
+use crate::places::{Coordinate, Places};
+use crate::states::State;
 
 /// What differences say about an entry.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -40,13 +40,13 @@ struct Quotient {
 /// The answers for one array, row by row; `derivative` is the kernel's.
 pub(crate) fn compare(
     force: &Tape,
-    layout: &Layout,
+    places: &Places,
     state: &State,
     coordinates: &[Coordinate],
     derivative: &[Bounded],
 ) -> Vec<Answer> {
-    let rows = layout.pose.len();
-    let mut errors = vec![0.0; layout.length];
+    let rows = places.pose.len();
+    let mut errors = vec![0.0; places.length];
     for coordinate in coordinates.iter().filter(|c| c.role == Role::Orientation) {
         for k in 0..4 {
             let at = coordinate.start + k;

@@ -6,12 +6,12 @@
 //! damping 0; else the function is not invariant and nothing is asked. One state that breaks the symmetry decides.
 
 use super::big::Big;
-use super::layout::Layout;
 use super::oracle::{Oracle, Point};
 use super::report::{Entry, Invariant, Verdict, ratio};
-use super::states::{Family, Random, State};
 use super::tape::{Bounded, Tape};
 use crate::bodies::Role;
+use crate::places::Places;
+use crate::states::{Family, Random, State};
 
 /// What a function counts as unchanged by, relative to the size of its terms: far above what |q| ≠ 1 does.
 const UNCHANGED: f64 = 1e-13;
@@ -57,7 +57,7 @@ pub(crate) struct Invariants {
 /// What the invariants of one state are asked of.
 pub(crate) struct Seen<'a> {
     pub(crate) oracle: &'a Oracle<'a>,
-    pub(crate) layout: &'a Layout,
+    pub(crate) places: &'a Places,
     pub(crate) tape: &'a Tape,
     pub(crate) names: &'a [String],
     pub(crate) point: &'a Point<'a, 'a>,
@@ -106,7 +106,7 @@ impl Invariants {
     /// Σ f = 0 and Σ τ + x × f = 0.
     fn balance(&mut self, seen: &Seen, undamped: &Undamped) {
         for (number, motion) in self.motions.iter_mut().enumerate() {
-            let generator = generator(seen.layout, &seen.state.values, number);
+            let generator = generator(seen.places, &seen.state.values, number);
             let exact: Vec<Big> = generator.iter().map(|x| Big::from_f64(*x)).collect();
             let work = seen.point.work(&exact);
             motion.rows_unchanged &= work.rows.0 <= UNCHANGED * work.rows.1 + seen.point.noise;
@@ -154,7 +154,7 @@ impl Invariants {
     /// X − Xᵀ = −[τ]× on the rotations of each body, 0 elsewhere.
     fn torque_skew(&mut self, seen: &Seen, undamped: &Undamped) {
         let n = seen.names.len();
-        let pose = &seen.layout.pose;
+        let pose = &seen.places.pose;
         let (force, dfdx) = undamped.outputs.split_at(n);
         for i in 0..n {
             for j in 0..i {
@@ -201,7 +201,7 @@ impl Invariants {
             return;
         }
         // The kernel sees the turned state rounded to doubles.
-        let mut errors = super::input_errors(seen.layout, &values);
+        let mut errors = super::input_errors(seen.places, &values);
         for (error, (x, y)) in errors.iter_mut().zip(values.iter().zip(&seen.state.values)) {
             if x != y {
                 *error += f64::EPSILON * x.abs();
@@ -316,15 +316,15 @@ fn combine(terms: impl Iterator<Item = (f64, Bounded)>) -> Bounded {
 }
 
 /// A rigid motion of all bodies along the tangent coordinates: three translations, three rotations about the origin.
-fn generator(layout: &Layout, inputs: &[f64], number: usize) -> Vec<f64> {
+fn generator(places: &Places, inputs: &[f64], number: usize) -> Vec<f64> {
     let axis = number % 3;
-    let entry = |c: &super::layout::Coordinate| match (number < 3, c.role) {
+    let entry = |c: &crate::places::Coordinate| match (number < 3, c.role) {
         (true, Role::Position) | (false, Role::Orientation) => f64::from(u8::from(c.axis == axis)),
         (false, Role::Position) if c.axis == (axis + 1) % 3 => -inputs[c.start + (axis + 2) % 3],
         (false, Role::Position) if c.axis == (axis + 2) % 3 => inputs[c.start + (axis + 1) % 3],
         _ => 0.0,
     };
-    layout.pose.iter().map(entry).collect()
+    places.pose.iter().map(entry).collect()
 }
 
 /// A state at damping 0 and the kernel's outputs there.
@@ -339,7 +339,7 @@ impl Seen<'_> {
         if !self.oracle.is_constraint() {
             return Undamped { state, outputs: self.outputs.to_vec() };
         }
-        let damping = self.layout.parameter(self.layout.signature.parameters.len() - 1);
+        let damping = self.places.parameter(self.places.signature.parameters.len() - 1);
         state.values[damping..].fill(0.0);
         let outputs = self.tape.bounds(&state.values, self.errors);
         Undamped { state, outputs }
@@ -353,7 +353,7 @@ impl Seen<'_> {
             error: (expected - computed).abs(),
             tolerance,
             family: self.family,
-            inputs: self.layout.inputs(&state.values),
+            inputs: self.places.inputs(&state.values),
         }
     }
 }

@@ -10,33 +10,32 @@ pub(crate) mod big;
 mod chosen;
 mod differences;
 mod invariants;
-pub(crate) mod layout;
 mod mutate;
 mod oracle;
 pub mod probe;
 mod render;
 mod report;
 pub(crate) mod source;
-pub(crate) mod states;
 pub(crate) mod tape;
 
+pub use crate::places::Inputs;
+pub use crate::states::Family;
 pub use chosen::check_chosen;
 pub use mutate::{Mutation, apply, mutate, mutations};
 pub use render::{json, table};
-pub use report::{Comparison, Coverage, Differences, Entry, Inputs, Invariant, Report, Verdict};
-pub use states::Family;
+pub use report::{Comparison, Coverage, Differences, Entry, Invariant, Report, Verdict};
 
 use crate::bodies::{ParameterType, Role};
 use crate::definition::Definition;
 use crate::outputs::{Output, Part};
+use crate::places::Places;
 use crate::scalar::{Id, Program};
+use crate::states::{Random, State, draw, excess, seed};
 use big::Big;
 use differences::Answer;
 use invariants::{Invariants, Seen};
-use layout::Layout;
 use oracle::{Columns, Oracle, Point, Singular};
 use report::ratio;
-use states::{Random, State, draw, excess};
 use tape::{Bounded, Tape};
 
 /// What is checked against what.
@@ -77,19 +76,19 @@ const SHARP: f64 = 1e-6;
 
 /// Checks one kernel.
 pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
-    let layout = Layout::new(&subject.program.signature);
-    let oracle = Oracle::new(subject.source, &layout);
+    let places = Places::new(&subject.program.signature);
+    let oracle = Oracle::new(subject.source, &places);
     let outputs: Vec<Id> = subject.program.outputs().collect();
-    let tape = Tape::new(subject.program, &layout, &outputs);
-    let force = Tape::new(subject.program, &layout, subject.program.part(Part::Force));
+    let tape = Tape::new(subject.program, &places, &outputs);
+    let force = Tape::new(subject.program, &places, subject.program.part(Part::Force));
     let comparisons = Part::DEFAULT.map(Comparison::new);
     let largest = Part::DEFAULT.map(|_| 0.0);
     let mut checker = Checker {
-        layout: &layout,
+        places: &places,
         oracle: &oracle,
         tape: &tape,
         force: &force,
-        names: layout.signature.coordinate_names(),
+        names: places.signature.coordinate_names(),
         comparisons: comparisons.to_vec(),
         largest,
         differences: Differences::default(),
@@ -112,7 +111,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
 }
 
 struct Checker<'a> {
-    layout: &'a Layout,
+    places: &'a Places,
     oracle: &'a Oracle<'a>,
     tape: &'a Tape,
     force: &'a Tape,
@@ -134,26 +133,26 @@ struct Exact<'o, 'd> {
 }
 
 /// Where the quaternions among the inputs begin.
-pub(crate) fn quaternions(layout: &Layout) -> Vec<usize> {
-    let bodies = 0..layout.signature.bodies.len();
-    let mut places: Vec<usize> = bodies.filter_map(|body| layout.field(body, Role::Orientation)).collect();
-    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+pub(crate) fn quaternions(places: &Places) -> Vec<usize> {
+    let bodies = 0..places.signature.bodies.len();
+    let mut starts: Vec<usize> = bodies.filter_map(|body| places.field(body, Role::Orientation)).collect();
+    for (p, parameter) in places.signature.parameters.iter().enumerate() {
         let mut element = &parameter.ty;
         while let ParameterType::Array(_, inner) = element {
             element = inner;
         }
         if *element == ParameterType::Quaternion {
             let length = parameter.ty.length() as usize;
-            places.extend((0..length).step_by(4).map(|k| layout.parameter(p) + k));
+            starts.extend((0..length).step_by(4).map(|k| places.parameter(p) + k));
         }
     }
-    places
+    starts
 }
 
 /// How far inputs may be from what they stand for: the bits of a quaternion from length one.
-pub(crate) fn input_errors(layout: &Layout, values: &[f64]) -> Vec<f64> {
+pub(crate) fn input_errors(places: &Places, values: &[f64]) -> Vec<f64> {
     let mut errors = vec![0.0; values.len()];
-    for at in quaternions(layout) {
+    for at in quaternions(places) {
         let excess = excess(&values[at..at + 4]).abs();
         for k in at..at + 4 {
             errors[k] = excess * values[k].abs();
@@ -172,7 +171,7 @@ impl<'a> Checker<'a> {
             number += 1;
             let mut random = Random::new(seed(options.seed, family, number));
             let index = coverage.checked;
-            let state = draw(self.layout, self.oracle.is_constraint(), family, index, &mut random);
+            let state = draw(self.places, self.oracle.is_constraint(), family, index, &mut random);
             let full = index < FULL_STATES || self.oracle.cost() * (6 * options.states as u64) <= BUDGET;
             let Ok(point) = self.oracle.unit_point(&state) else {
                 coverage.singular += 1;
@@ -227,7 +226,7 @@ impl<'a> Checker<'a> {
         random: &mut Random,
     ) -> bool {
         let n = self.names.len();
-        let errors = input_errors(self.layout, &state.values);
+        let errors = input_errors(self.places, &state.values);
         let outputs = self.tape.bounds(&state.values, &errors);
         let (force, matrices) = outputs.split_at(n);
         let (dfdx, dfdv) = matrices.split_at(n * n);
@@ -251,16 +250,16 @@ impl<'a> Checker<'a> {
             }
         };
         for (array, coordinates, derivative) in
-            [(Part::Dfdx, &self.layout.pose, dfdx), (Part::Dfdv, &self.layout.velocity, dfdv)]
+            [(Part::Dfdx, &self.places.pose, dfdx), (Part::Dfdv, &self.places.velocity, dfdv)]
         {
-            let answers = differences::compare(self.force, self.layout, state, coordinates, derivative);
+            let answers = differences::compare(self.force, self.places, state, coordinates, derivative);
             for (at, answer) in answers.into_iter().enumerate() {
                 self.difference(array, family, state, at, derivative[at], answer);
             }
         }
         let seen = Seen {
             oracle: self.oracle,
-            layout: self.layout,
+            places: self.places,
             tape: self.tape,
             names: &self.names,
             point: &exact.point,
@@ -275,7 +274,7 @@ impl<'a> Checker<'a> {
 
     /// The name of an entry.
     fn name(&self, array: Part, row: usize, column: usize) -> String {
-        Output::new(array, row, column).named(&self.layout.signature)
+        Output::new(array, row, column).named(&self.places.signature)
     }
 
     /// Compares an array entry by entry; the kernel's stands row by row, the exact one column by column. Whether it is
@@ -295,7 +294,7 @@ impl<'a> Checker<'a> {
         // 2⁻⁶⁰ of the largest stands for the truncation of the oracle's own quotients, which is far smaller.
         let slack = noise + largest * 2f64.powi(-60);
         let (mut widest, mut furthest) = (0.0f64, 0.0f64);
-        let here = Here { layout: self.layout, family, state };
+        let here = Here { places: self.places, family, state };
         for (column, exact) in exact.iter().enumerate() {
             for (row, exact) in exact.iter().enumerate() {
                 let computed = kernel[row * width + column];
@@ -367,7 +366,7 @@ impl<'a> Checker<'a> {
                         error,
                         tolerance,
                         family,
-                        inputs: self.layout.inputs(&state.values),
+                        inputs: self.places.inputs(&state.values),
                     });
                 }
             }
@@ -413,7 +412,7 @@ impl<'a> Checker<'a> {
 
 /// Where entries are compared.
 struct Here<'a> {
-    layout: &'a Layout,
+    places: &'a Places,
     family: Family,
     state: &'a State,
 }
@@ -438,13 +437,13 @@ impl Here<'_> {
         comparison.failures += usize::from(error.is_infinite() || error > tolerance);
         if comparison.worst.as_ref().is_none_or(|worst| ratio(error, tolerance) > worst.ratio()) {
             comparison.worst = Some(Entry {
-                name: output.named(&self.layout.signature),
+                name: output.named(&self.places.signature),
                 expected: exact.to_f64(),
                 computed: computed.value,
                 error,
                 tolerance,
                 family: self.family,
-                inputs: self.layout.inputs(&self.state.values),
+                inputs: self.places.inputs(&self.state.values),
             });
         }
         (if error <= slack { 0.0 } else { error }, tolerance)
@@ -454,10 +453,4 @@ impl Here<'_> {
 /// Where an array stands among those that are compared.
 fn place(array: Part) -> usize {
     Part::DEFAULT.iter().position(|part| *part == array).expect("one of the arrays that are compared")
-}
-
-/// The seed of one draw.
-fn seed(seed: u64, family: Family, number: u64) -> u64 {
-    let mut random = Random::new(seed ^ ((family as u64) << 56) ^ (number << 32));
-    random.next()
 }

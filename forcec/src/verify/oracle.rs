@@ -8,12 +8,12 @@
 //! depends on the coordinates that moved, serve all of ∂F/∂X.
 
 use super::big::Big;
-use super::layout::{Coordinate, Layout};
 use super::source::{self, Fields, Source, Values, field_bit};
-use super::states::State;
 use crate::bodies::{Role, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::outputs::Part;
+use crate::places::{Coordinate, Places};
+use crate::states::State;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ const LARGEST: i32 = 200;
 
 /// The source of a kernel, ready to be differentiated.
 pub(crate) struct Oracle<'d> {
-    layout: &'d Layout,
+    places: &'d Places,
     source: Source<'d, Big>,
     outputs: Vec<Output>,
     law: Statement,
@@ -117,7 +117,7 @@ impl TwoSteps {
 }
 
 impl<'d> Oracle<'d> {
-    pub(crate) fn new(definition: &'d Definition, layout: &'d Layout) -> Oracle<'d> {
+    pub(crate) fn new(definition: &'d Definition, places: &'d Places) -> Oracle<'d> {
         let (outputs, law): (Vec<Output>, Statement) = match &definition.law {
             Law::Constraint { rows, unilateral, per_row } => {
                 let output = |row: &Row| match row {
@@ -129,7 +129,7 @@ impl<'d> Oracle<'d> {
             }
             Law::Energy(energy) => (vec![Output::Real(energy.index())], Statement::Energy),
             Law::Force(forces) => {
-                let moving = layout.signature.moving().map(|(body, _)| &forces[body]);
+                let moving = places.signature.moving().map(|(body, _)| &forces[body]);
                 let blocks = moving.flat_map(|f| std::iter::once(f.force).chain(f.torque));
                 (blocks.map(|v| Output::Vector(v.index())).collect(), Statement::Force)
             }
@@ -139,24 +139,24 @@ impl<'d> Oracle<'d> {
         });
         let bits = |coordinates: &[Coordinate]| -> Vec<Fields> {
             let bit = |c: &Coordinate| {
-                let slot = layout.signature.body_slot(c.body, c.role);
-                slot.map_or(0, |slot: Slot| field_bit(layout, slot))
+                let slot = places.signature.body_slot(c.body, c.role);
+                slot.map_or(0, |slot: Slot| field_bit(places, slot))
             };
             coordinates.iter().map(bit).collect()
         };
         Oracle {
-            layout,
-            source: Source::new(&definition.graph, layout, wanted),
+            places,
+            source: Source::new(&definition.graph, places, wanted),
             outputs,
             law,
-            pose_bits: bits(&layout.pose),
-            velocity_bits: bits(&layout.velocity),
+            pose_bits: bits(&places.pose),
+            velocity_bits: bits(&places.velocity),
         }
     }
 
     /// About what every column of ∂F/∂X costs at one state, in additions of 320 bits.
     pub(crate) fn cost(&self) -> u64 {
-        let n = self.layout.pose.len() as u64;
+        let n = self.places.pose.len() as u64;
         match self.law {
             Statement::Force => n * self.source.cost(),
             // Half of the pairs of steps, and each evaluates about half of the source.
@@ -183,7 +183,7 @@ impl<'d> Oracle<'d> {
     /// the truth they are compared with must not depend on how the bits miss it.
     pub(crate) fn unit_point(&self, state: &State) -> Result<Point<'_, 'd>, Singular> {
         let mut inputs: Vec<Big> = state.values.iter().map(|x| Big::from_f64(*x)).collect();
-        for at in super::quaternions(self.layout) {
+        for at in super::quaternions(self.places) {
             let squares = inputs[at..at + 4].iter().map(|x| x.clone() * x.clone());
             let length = squares.reduce(|sum, square| sum + square).map(|square| square.sqrt());
             let length = length.unwrap_or_else(|| Big::from_f64(1.0));
@@ -203,8 +203,8 @@ impl<'d> Oracle<'d> {
             return Err(Singular::Value);
         }
         let gains = if self.is_constraint() { 2 } else { 0 };
-        let parameters = self.layout.signature.parameters.len();
-        let end = if gains > 0 { self.layout.parameter(parameters - gains) } else { inputs.len() };
+        let parameters = self.places.signature.parameters.len();
+        let end = if gains > 0 { self.places.parameter(parameters - gains) } else { inputs.len() };
         let mut largest = inputs[..end].iter().filter_map(Big::exponent).max().unwrap_or(0);
         for value in values.own() {
             largest = match value {
@@ -267,15 +267,15 @@ impl<'d> Oracle<'d> {
     }
 
     fn velocities(&self, inputs: &[Big]) -> Vec<Big> {
-        self.layout.velocity.iter().map(|c| inputs[c.start + c.axis].clone()).collect()
+        self.places.velocity.iter().map(|c| inputs[c.start + c.axis].clone()).collect()
     }
 
     /// ks and kd of a row; zero for what is no constraint.
     fn gains(&self, inputs: &[Big], row: usize) -> (Big, Big) {
         let Statement::Constraint { per_row, .. } = self.law else { return (Big::zero(), Big::zero()) };
-        let parameters = self.layout.signature.parameters.len();
+        let parameters = self.places.signature.parameters.len();
         let offset = if per_row { row } else { 0 };
-        let gain = |parameter: usize| inputs[self.layout.parameter(parameter) + offset].clone();
+        let gain = |parameter: usize| inputs[self.places.parameter(parameter) + offset].clone();
         (gain(parameters - 2), gain(parameters - 1))
     }
 
@@ -311,7 +311,7 @@ impl<'d> Oracle<'d> {
 
     /// −Jᵀ λ
     fn force(&self, jacobian: &[Vec<Big>], multipliers: &[Big]) -> Vec<Big> {
-        let mut force = vec![Big::zero(); self.layout.pose.len()];
+        let mut force = vec![Big::zero(); self.places.pose.len()];
         for (row, multiplier) in jacobian.iter().zip(multipliers).filter(|(_, m)| !m.is_zero()) {
             for (f, j) in force.iter_mut().zip(row) {
                 if !j.is_zero() {
@@ -408,8 +408,8 @@ impl Point<'_, '_> {
         mut shared: Option<(usize, &mut TwoSteps)>,
     ) -> Result<Vec<Vec<Big>>, Singular> {
         let oracle = self.oracle;
-        let mut jacobian = vec![Vec::with_capacity(oracle.layout.pose.len()); rows.len()];
-        for (k, coordinate) in oracle.layout.pose.iter().enumerate() {
+        let mut jacobian = vec![Vec::with_capacity(oracle.places.pose.len()); rows.len()];
+        for (k, coordinate) in oracle.places.pose.iter().enumerate() {
             let met = shared.as_mut().and_then(|(column, steps)| steps.take(*column, k));
             let after = match met {
                 Some(after) => after,
@@ -422,7 +422,7 @@ impl Point<'_, '_> {
                         return Err(Singular::Value);
                     }
                     if let Some((column, steps)) = &mut shared {
-                        steps.keep(&oracle.layout.pose, *column, k, &after);
+                        steps.keep(&oracle.places.pose, *column, k, &after);
                     }
                     after
                 }
@@ -464,7 +464,7 @@ impl Point<'_, '_> {
         let oracle = self.oracle;
         let mut steps = TwoSteps::default();
         let mut columns = Vec::new();
-        for (j, coordinate) in oracle.layout.pose.iter().enumerate() {
+        for (j, coordinate) in oracle.places.pose.iter().enumerate() {
             let inputs = oracle.moved(&self.inputs, coordinate);
             let values = oracle.source.update(&self.values, &inputs, oracle.pose_bits[j]);
             let force = self.force_at(&values, &inputs, Some((j, &mut steps)))?;
@@ -477,7 +477,7 @@ impl Point<'_, '_> {
     pub(crate) fn dfdx_along(&self, direction: &[f64]) -> Result<Columns, Singular> {
         let oracle = self.oracle;
         let mut inputs = self.inputs.clone();
-        for (block, along) in oracle.layout.pose.chunks(3).zip(direction.chunks(3)) {
+        for (block, along) in oracle.places.pose.chunks(3).zip(direction.chunks(3)) {
             step(&mut inputs, &block[0], along);
         }
         let all = oracle.pose_bits.iter().fold(0, |all, bit| all | bit);
@@ -490,7 +490,7 @@ impl Point<'_, '_> {
     pub(crate) fn dfdv(&self) -> Result<Columns, Singular> {
         let oracle = self.oracle;
         let mut columns = Vec::new();
-        for (k, coordinate) in oracle.layout.velocity.iter().enumerate() {
+        for (k, coordinate) in oracle.places.velocity.iter().enumerate() {
             let force = match oracle.law {
                 Statement::Energy => self.force.clone(),
                 Statement::Force => {
@@ -552,10 +552,10 @@ impl Point<'_, '_> {
 
     /// The entries of an extra argument.
     fn extra(&self, name: &str) -> &[Big] {
-        let layout = self.oracle.layout;
-        let slot = layout.signature.extra_slot(name, 0).expect("a result brings what it is made of");
-        let length = layout.signature.parameter(slot).map_or(0, |extra| extra.ty.length() as usize);
-        &self.inputs[layout.place(slot)..][..length]
+        let places = self.oracle.places;
+        let slot = places.signature.extra_slot(name, 0).expect("a result brings what it is made of");
+        let length = places.signature.parameter(slot).map_or(0, |extra| extra.ty.length() as usize);
+        &self.inputs[places.place(slot)..][..length]
     }
 
     fn columns(&self, columns: Vec<Vec<Big>>) -> Result<Columns, Singular> {
@@ -600,9 +600,9 @@ impl Point<'_, '_> {
 
     /// The same state after a rotation of everything about the origin by the unit quaternion (u, w).
     pub(crate) fn rotated(&self, u: &[Big; 3], w: &Big) -> Vec<Big> {
-        let layout = self.oracle.layout;
+        let places = self.oracle.places;
         let mut inputs = self.inputs.clone();
-        for block in layout.pose.chunks(3).chain(layout.velocity.chunks(3)) {
+        for block in places.pose.chunks(3).chain(places.velocity.chunks(3)) {
             let Coordinate { role, start, .. } = block[0];
             let field = &mut inputs[start..];
             if role == Role::Orientation {

@@ -3,22 +3,22 @@
 //! In: a force function and its program, or a row of the function table. Out: states from the check's own generator, and
 //! what the mathematics gives there, rounded once to doubles. A check is [`super::check`]; a probe judges nothing.
 
+use super::Subject;
 use super::big::Big;
 use super::input_errors;
-use super::layout::Layout;
 use super::oracle::{Oracle, Point, Singular};
-use super::report::Inputs;
 use super::source::Source;
-use super::states::{Family, Random, State, draw};
 use super::tape::Tape;
-use super::{Subject, seed};
 use crate::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
 use crate::definition::Definition;
 use crate::eval;
 use crate::number::Arithmetic;
 use crate::ops::Function;
 use crate::outputs::Part;
+use crate::places::Inputs;
+use crate::places::Places;
 use crate::scalar::Id;
+use crate::states::{Family, Random, State, draw, seed};
 use crate::vector::Graph;
 
 /// What the source says at one state.
@@ -33,34 +33,34 @@ pub struct Truth {
 /// One kernel, ready to be asked about single states. Inputs are flat: the arguments in order, each in memory order.
 pub struct Probe<'a> {
     subject: &'a Subject<'a>,
-    layout: Layout,
+    places: Places,
     tape: Tape,
 }
 
 impl<'a> Probe<'a> {
     /// Asks about this kernel.
     pub fn new(subject: &'a Subject<'a>) -> Probe<'a> {
-        let layout = Layout::new(&subject.program.signature);
+        let places = Places::new(&subject.program.signature);
         let outputs: Vec<Id> = subject.program.outputs().collect();
-        let tape = Tape::new(subject.program, &layout, &outputs);
-        Probe { subject, layout, tape }
+        let tape = Tape::new(subject.program, &places, &outputs);
+        Probe { subject, places, tape }
     }
 
     /// The inputs of one state of a family; the same for the same seed and index on every machine.
     pub fn draw(&self, family: Family, seed_from: u64, index: usize) -> Vec<f64> {
         let mut random = Random::new(seed(seed_from, family, index as u64));
-        let gains = Oracle::new(self.subject.source, &self.layout).is_constraint();
-        draw(&self.layout, gains, family, index, &mut random).values
+        let gains = Oracle::new(self.subject.source, &self.places).is_constraint();
+        draw(&self.places, gains, family, index, &mut random).values
     }
 
     /// About what [`Probe::truth`] costs at one state, in additions of 320 bits: ten million take about a second.
     pub fn cost(&self) -> u64 {
-        Oracle::new(self.subject.source, &self.layout).cost()
+        Oracle::new(self.subject.source, &self.places).cost()
     }
 
     /// What the program computes, from the source by differences in 320 bits; `None` where some of it does not exist.
     pub fn truth(&self, inputs: &[f64]) -> Option<Truth> {
-        let oracle = Oracle::new(self.subject.source, &self.layout);
+        let oracle = Oracle::new(self.subject.source, &self.places);
         let truth = |point: Point| -> Result<Truth, Singular> {
             let pushes = point.pushes();
             let mut outputs: Vec<f64> = Vec::new();
@@ -76,31 +76,31 @@ impl<'a> Probe<'a> {
 
     /// What the program computes when it computes in 320 bits.
     pub fn program(&self, inputs: &[f64]) -> Vec<f64> {
-        let input = |slot| Big::from_f64(inputs[self.layout.place(slot)]);
+        let input = |slot| Big::from_f64(inputs[self.places.place(slot)]);
         eval::evaluate(self.subject.program, &input).iter().map(Big::to_f64).collect()
     }
 
     /// The entry of an argument among the inputs.
     pub fn input(&self, inputs: &[f64], slot: Slot) -> f64 {
-        inputs[self.layout.place(slot)]
+        inputs[self.places.place(slot)]
     }
 
     /// How far rounding in doubles, and the bits of a quaternion from length one, may take each output.
     pub fn bounds(&self, inputs: &[f64]) -> Vec<f64> {
-        let errors = input_errors(&self.layout, inputs);
+        let errors = input_errors(&self.places, inputs);
         self.tape.bounds(inputs, &errors).iter().map(|bounded| bounded.error).collect()
     }
 
     /// The inputs with their names.
     pub fn inputs(&self, inputs: &[f64]) -> Inputs {
-        self.layout.inputs(inputs)
+        self.places.inputs(inputs)
     }
 
     /// An output's array and its name: `dfdx[a.ry][b.x]`.
     pub fn name(&self, output: usize) -> (Part, String) {
         let mut outputs = self.subject.program.arrays.iter().flat_map(|array| array.outputs());
         let (output, _) = outputs.nth(output).expect("an output of the program");
-        (output.part, output.named(&self.layout.signature))
+        (output.part, output.named(&self.places.signature))
     }
 }
 
@@ -114,8 +114,8 @@ fn flushed(x: &Big, noise: f64) -> f64 {
 /// larger; `None` where one of them or a derivative does not exist.
 pub fn apart(left: &Definition, right: &Definition, inputs: &[f64]) -> Option<f64> {
     let rows = |definition: &Definition| {
-        let layout = Layout::new(&definition.graph.signature);
-        let oracle = Oracle::new(definition, &layout);
+        let places = Places::new(&definition.graph.signature);
+        let oracle = Oracle::new(definition, &places);
         let point = oracle.point(&State { values: inputs.to_vec(), scale: 1.0 }).ok()?;
         Some(point.rows.clone())
     };
@@ -155,13 +155,13 @@ pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     let parameter =
         |k| Parameter { name: format!("x{k}"), ty: ParameterType::Real, domain: Domain::Any, value: None };
     let signature = Signature { parameters: (0..row.arity).map(parameter).collect(), ..Signature::default() };
-    let layout = Layout::new(&signature);
+    let places = Places::new(&signature);
     let mut graph = Graph::new(signature.clone());
     let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();
     let result = graph.call(function, &x);
     let formulas: Vec<usize> =
         (0..row.arity).map(|k| (row.derivative)(&mut graph, &x, result, k).index()).collect();
-    let source: Source<Big> = Source::new(&graph, &layout, formulas.iter().copied());
+    let source: Source<Big> = Source::new(&graph, &places, formulas.iter().copied());
     let point: Vec<Big> = arguments.iter().map(|x| Big::from_f64(*x)).collect();
     let values = source.evaluate(&point);
     let moved = |k: usize, sign: i32| {
@@ -184,8 +184,8 @@ pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
 /// What a force function returns at one state, flat: the rows of C, the energy, or the force on each body; `None` where it
 /// or a derivative does not exist.
 pub fn returned(definition: &Definition, inputs: &[f64]) -> Option<Vec<f64>> {
-    let layout = Layout::new(&definition.graph.signature);
-    let oracle = Oracle::new(definition, &layout);
+    let places = Places::new(&definition.graph.signature);
+    let oracle = Oracle::new(definition, &places);
     let point = oracle.point(&State { values: inputs.to_vec(), scale: 1.0 }).ok()?;
     Some(point.rows.iter().map(Big::to_f64).collect())
 }

@@ -4,8 +4,8 @@
 //! and the state that shows it; or one JSON object.
 
 use super::report::{Comparison, Entry, Invariant, Report, Verdict};
-use super::states::Family;
 use crate::outputs::{PARTS, Part};
+use crate::states::Family;
 use std::fmt::Write;
 
 /// The columns before those of the results, behind them, and those of the invariants.

@@ -1,25 +1,8 @@
 //! What a check found, as a value.
 
-use super::states::Family;
 use crate::outputs::Part;
-use std::fmt;
-
-/// All inputs of a kernel: each field and parameter with its reals, in memory order.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Inputs(pub Vec<(String, Vec<f64>)>);
-
-impl fmt::Display for Inputs {
-    /// A line for each; the digits give back the same doubles.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (name, values) in &self.0 {
-            match values.as_slice() {
-                [value] => writeln!(f, "{name} = {value:?}")?,
-                values => writeln!(f, "{name} = {values:?}")?,
-            }
-        }
-        Ok(())
-    }
-}
+use crate::places::Inputs;
+use crate::states::Family;
 
 /// One number that was compared, and the state that shows it.
 #[derive(Clone, Debug)]

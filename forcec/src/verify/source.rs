@@ -4,11 +4,11 @@
 //! in a few arguments from one already evaluated recomputes only what depends on them, and says whether a condition, or
 //! the choice of a `min`, `max`, `abs` or `signum`, came out differently.
 
-use super::layout::Layout;
 use crate::bodies::Slot;
 use crate::exact::Exact;
 use crate::number::Number;
 use crate::ops::{Function, FunctionDomain};
+use crate::places::Places;
 use crate::vector::{Comparison, Graph, Node, Real};
 use std::cmp::Ordering;
 
@@ -49,7 +49,7 @@ impl<N> Value<N> {
 pub(crate) type Fields = u128;
 
 /// The bit of the field that holds a slot.
-pub(crate) fn field_bit(layout: &Layout, slot: Slot) -> Fields {
+pub(crate) fn field_bit(layout: &Places, slot: Slot) -> Fields {
     let first = Slot { offset: 0, ..slot };
     1 << (layout.place(first) % 128)
 }
@@ -63,7 +63,7 @@ struct Step<'g, N> {
 
 /// The wanted part of a graph, ready to be evaluated.
 pub(crate) struct Source<'g, N> {
-    layout: &'g Layout,
+    layout: &'g Places,
     steps: Vec<Step<'g, N>>,
     /// The steps that are asked for.
     wanted: Vec<usize>,
@@ -115,7 +115,7 @@ fn slots(node: &Node) -> Vec<Slot> {
 
 impl<'g, N: Number> Source<'g, N> {
     /// The part of a graph that some nodes need.
-    pub(crate) fn new(graph: &'g Graph, layout: &'g Layout, wanted: impl IntoIterator<Item = usize>) -> Self {
+    pub(crate) fn new(graph: &'g Graph, layout: &'g Places, wanted: impl IntoIterator<Item = usize>) -> Self {
         let wanted: Vec<usize> = wanted.into_iter().collect();
         let mut live = vec![false; graph.len()];
         for &index in &wanted {

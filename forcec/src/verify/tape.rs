@@ -4,11 +4,11 @@
 //! first-order analysis of every addition, multiplication, division and call from inputs whose own errors are given.
 //! The bound holds for the additions of a sum and the factors of a product in any order.
 
-use super::layout::Layout;
 use super::source::Source;
 use crate::bodies::{Domain, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
 use crate::ops::Function;
+use crate::places::Places;
 use crate::scalar::{Id, Node, Program};
 use crate::special;
 use crate::vector::{Comparison, Graph};
@@ -172,7 +172,7 @@ pub(crate) struct Tape {
 
 impl Tape {
     /// The operations behind these outputs.
-    pub(crate) fn new(program: &Program, layout: &Layout, outputs: &[Id]) -> Tape {
+    pub(crate) fn new(program: &Program, layout: &Places, outputs: &[Id]) -> Tape {
         let mut live = vec![false; program.graph.len()];
         for output in outputs {
             live[output.index()] = true;
@@ -473,17 +473,15 @@ fn multiply(x: Bounded, y: Bounded) -> Bounded {
 /// How far a function's value may be from the true one, relative to it.
 fn rounding(function: Function) -> f64 {
     match function {
-        Function::Abs | Function::Min | Function::Max | Function::Signum => 0.0,
-        Function::Pi | Function::Sqrt => UNIT,
         Function::CosSqrt(n) | Function::AngleRatio(n) => UNIT * f64::from(16 + 16 * u32::from(n)),
-        _ => 8.0 * UNIT,
+        _ => UNIT * function.units(),
     }
 }
 
 /// The partial derivatives of a function, from its row of the function table.
 struct Partials {
     function: Function,
-    layout: Layout,
+    layout: Places,
     graph: Graph,
     derivatives: Vec<usize>,
 }
@@ -504,7 +502,7 @@ impl Partials {
         let result = graph.call(function, &x);
         let derivatives =
             (0..row.arity).map(|k| (row.derivative)(&mut graph, &x, result, k).index()).collect();
-        Partials { function, layout: Layout::new(&signature), graph, derivatives }
+        Partials { function, layout: Places::new(&signature), graph, derivatives }
     }
 
     /// Σ |∂f/∂xₖ| · error of xₖ, the largest over the ends of the intervals that the arguments lie in; of what has a
@@ -538,10 +536,10 @@ impl Partials {
 #[cfg(test)]
 mod tests {
     use super::super::big::Big;
-    use super::super::states::Random;
     use super::*;
     use crate::number::Arithmetic;
     use crate::ops::FunctionDomain;
+    use crate::states::Random;
 
     /// How far each function may be off is stated; here it is measured.
     #[test]

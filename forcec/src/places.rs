@@ -3,32 +3,38 @@
 //! In: a signature. Out: the place of every slot in a flat list of reals, arguments in order, fields in memory order;
 //! and the tangent coordinates with the places they move.
 
-use super::report::Inputs;
 use crate::bodies::{Role, Signature, Slot};
+use std::fmt;
 
 /// The places of a signature's slots.
-pub(crate) struct Layout {
-    pub(crate) signature: Signature,
+pub struct Places {
+    /// The arguments.
+    pub signature: Signature,
     starts: Vec<Vec<usize>>,
-    pub(crate) length: usize,
+    /// How many reals they are.
+    pub length: usize,
     /// The coordinates of the pose, in the order of the generalised forces.
-    pub(crate) pose: Vec<Coordinate>,
+    pub pose: Vec<Coordinate>,
     /// The coordinates of the velocity, in the same order.
-    pub(crate) velocity: Vec<Coordinate>,
+    pub velocity: Vec<Coordinate>,
 }
 
 /// One tangent coordinate.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coordinate {
-    pub(crate) body: u16,
-    pub(crate) role: Role,
-    pub(crate) axis: usize,
+pub struct Coordinate {
+    /// Whose it is.
+    pub body: u16,
+    /// What it moves.
+    pub role: Role,
+    /// Along or about which axis.
+    pub axis: usize,
     /// Where the field that it moves starts.
-    pub(crate) start: usize,
+    pub start: usize,
 }
 
-impl Layout {
-    pub(crate) fn new(signature: &Signature) -> Layout {
+impl Places {
+    /// Of this signature.
+    pub fn new(signature: &Signature) -> Places {
         let mut length = 0;
         let mut place = |reals: usize| {
             length += reals;
@@ -41,37 +47,37 @@ impl Layout {
         for parameter in signature.parameters.iter().chain(&signature.extras) {
             starts.push(vec![place(parameter.ty.length() as usize)]);
         }
-        let mut layout =
-            Layout { signature: signature.clone(), starts, length, pose: Vec::new(), velocity: Vec::new() };
+        let mut places =
+            Places { signature: signature.clone(), starts, length, pose: Vec::new(), velocity: Vec::new() };
         for (blocks, pose) in [(signature.pose_blocks(), true), (signature.velocity_blocks(), false)] {
             let coordinates = blocks.iter().flat_map(|block| {
                 let slot = signature.body_slot(block.body, block.role);
-                let start = slot.map_or(0, |slot| layout.place(slot));
+                let start = slot.map_or(0, |slot| places.place(slot));
                 (0..3).map(move |axis| Coordinate { body: block.body, role: block.role, axis, start })
             });
             let coordinates: Vec<Coordinate> = coordinates.collect();
-            *(if pose { &mut layout.pose } else { &mut layout.velocity }) = coordinates;
+            *(if pose { &mut places.pose } else { &mut places.velocity }) = coordinates;
         }
-        layout
+        places
     }
 
     /// Where a slot stands.
-    pub(crate) fn place(&self, slot: Slot) -> usize {
+    pub fn place(&self, slot: Slot) -> usize {
         self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
     }
 
     /// Where a body's field starts, if it has it.
-    pub(crate) fn field(&self, body: usize, role: Role) -> Option<usize> {
+    pub fn field(&self, body: usize, role: Role) -> Option<usize> {
         self.signature.body_slot(body as u16, role).map(|slot| self.place(slot))
     }
 
     /// Where a parameter starts, or an extra, counted after the parameters.
-    pub(crate) fn parameter(&self, parameter: usize) -> usize {
+    pub fn parameter(&self, parameter: usize) -> usize {
         self.starts[self.signature.bodies.len() + parameter][0]
     }
 
     /// Every field and parameter with its values, for people.
-    pub(crate) fn inputs(&self, values: &[f64]) -> Inputs {
+    pub fn inputs(&self, values: &[f64]) -> Inputs {
         let mut inputs = Vec::new();
         for (b, body) in self.signature.bodies.iter().enumerate() {
             for (field, &at) in body.kind.row().fields.iter().zip(&self.starts[b]) {
@@ -85,5 +91,22 @@ impl Layout {
             inputs.push((parameter.name.clone(), values[at..at + parameter.ty.length() as usize].to_vec()));
         }
         Inputs(inputs)
+    }
+}
+
+/// All inputs of a kernel: each field and parameter with its reals, in memory order.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Inputs(pub Vec<(String, Vec<f64>)>);
+
+impl fmt::Display for Inputs {
+    /// A line for each; the digits give back the same doubles.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, values) in &self.0 {
+            match values.as_slice() {
+                [value] => writeln!(f, "{name} = {value:?}")?,
+                values => writeln!(f, "{name} = {values:?}")?,
+            }
+        }
+        Ok(())
     }
 }

@@ -1,11 +1,11 @@
 //! States to check a kernel at, drawn from a seed.
 //!
-//! In: a layout, a family and a number. Out: a value for every input: the same bits for the same seed on every machine.
+//! In: the places of inputs, a family and a number. Out: a value for every input: the same bits for the same seed on every machine.
 //! Parameters stay within their stated domain. The stored bits of a quaternion are as near to length one as doubles
 //! near a drawn rotation come, about 1e-18, so that what |q| = 1 may change lies below rounding.
 
-use super::layout::Layout;
 use crate::bodies::{Domain, ParameterType, Role};
+use crate::places::Places;
 use std::fmt;
 
 /// A kind of states.
@@ -43,7 +43,7 @@ impl Family {
     }
 
     /// Whether rounding leaves most digits of a well-behaved function: neither far nor near-singular.
-    pub(crate) fn is_ordinary(self) -> bool {
+    pub fn is_ordinary(self) -> bool {
         matches!(self, Family::Random | Family::Rest | Family::Identity)
     }
 }
@@ -162,12 +162,12 @@ pub(crate) struct State {
 }
 
 /// Draws a state. `gains` says that the last two parameters are the stiffness and damping of a constraint.
-pub(crate) fn draw(layout: &Layout, gains: bool, family: Family, index: usize, random: &mut Random) -> State {
-    let mut state = State { values: vec![0.0; layout.length], scale: 1.0 };
-    bodies(layout, &mut state.values, random);
-    let parameters = layout.signature.parameters.len();
-    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
-        let at = layout.parameter(p);
+pub(crate) fn draw(places: &Places, gains: bool, family: Family, index: usize, random: &mut Random) -> State {
+    let mut state = State { values: vec![0.0; places.length], scale: 1.0 };
+    bodies(places, &mut state.values, random);
+    let parameters = places.signature.parameters.len();
+    for (p, parameter) in places.signature.parameters.iter().enumerate() {
+        let at = places.parameter(p);
         let values = &mut state.values[at..at + parameter.ty.length() as usize];
         if gains && p + 2 >= parameters {
             let stiffness = p + 2 == parameters;
@@ -187,8 +187,8 @@ pub(crate) fn draw(layout: &Layout, gains: bool, family: Family, index: usize, r
             values[0] *= random.decades(2, 8);
         }
     }
-    for (e, extra) in layout.signature.extras.iter().enumerate() {
-        let at = layout.parameter(parameters + e);
+    for (e, extra) in places.signature.extras.iter().enumerate() {
+        let at = places.parameter(parameters + e);
         for x in &mut state.values[at..at + extra.ty.length() as usize] {
             // A step is positive.
             *x = if extra.name == "step" { random.decades(-4, 0) } else { random.uniform(-2.0, 2.0) };
@@ -197,52 +197,52 @@ pub(crate) fn draw(layout: &Layout, gains: bool, family: Family, index: usize, r
     match family {
         Family::Random | Family::Stiff => {}
         Family::Rest => {
-            each(layout, &mut state.values, &[Role::Velocity, Role::AngularVelocity], |_, v| v.fill(0.0))
+            each(places, &mut state.values, &[Role::Velocity, Role::AngularVelocity], |_, v| v.fill(0.0))
         }
-        Family::Identity => each(layout, &mut state.values, &[Role::Orientation], |_, q| {
+        Family::Identity => each(places, &mut state.values, &[Role::Orientation], |_, q| {
             q.copy_from_slice(&[0.0, 0.0, 0.0, 1.0]);
         }),
         Family::Far => {
             let distance = random.decades(4, 6);
             let offset: Vec<f64> = random.unit(3).iter().map(|x| x * distance).collect();
-            each(layout, &mut state.values, &[Role::Position], |_, x| {
+            each(places, &mut state.values, &[Role::Position], |_, x| {
                 x.iter_mut().zip(&offset).for_each(|(x, o)| *x += o);
             });
         }
         Family::NearSingular => {
             state.scale = random.decades(-8, -2);
             match index % 3 {
-                0 => coincide(layout, &mut state, random),
-                1 => align(layout, &mut state, random, false),
-                _ => align(layout, &mut state, random, true),
+                0 => coincide(places, &mut state, random),
+                1 => align(places, &mut state, random, false),
+                _ => align(places, &mut state, random, true),
             }
         }
     }
-    known(layout, &mut state.values);
+    known(places, &mut state.values);
     state
 }
 
 /// What is known while compiling is what it is.
-fn known(layout: &Layout, values: &mut [f64]) {
+fn known(places: &Places, values: &mut [f64]) {
     let roles = [Role::Velocity, Role::AngularVelocity];
-    for (body, argument) in layout.signature.bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
+    for (body, argument) in places.signature.bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
         for field in
-            roles.into_iter().filter_map(|role| argument.kind.field(role).and(layout.field(body, role)))
+            roles.into_iter().filter_map(|role| argument.kind.field(role).and(places.field(body, role)))
         {
             values[field..field + 3].fill(0.0);
         }
     }
-    let parameters = layout.signature.parameters.iter().chain(&layout.signature.extras);
+    let parameters = places.signature.parameters.iter().chain(&places.signature.extras);
     for (p, parameter) in parameters.enumerate() {
         for (k, value) in parameter.value.iter().flatten().enumerate() {
-            values[layout.parameter(p) + k] = value.to_f64();
+            values[places.parameter(p) + k] = value.to_f64();
         }
     }
 }
 
-fn bodies(layout: &Layout, values: &mut [f64], random: &mut Random) {
+fn bodies(places: &Places, values: &mut [f64], random: &mut Random) {
     let roles = [Role::Position, Role::Orientation, Role::Velocity, Role::AngularVelocity];
-    each(layout, values, &roles, |role, field| match role {
+    each(places, values, &roles, |role, field| match role {
         Role::Orientation => field.copy_from_slice(&unit_quaternion(&random.unit(4))),
         Role::AngularVelocity => field.fill_with(|| random.uniform(-3.0, 3.0)),
         _ => field.fill_with(|| random.uniform(-2.0, 2.0)),
@@ -250,10 +250,10 @@ fn bodies(layout: &Layout, values: &mut [f64], random: &mut Random) {
 }
 
 /// Changes every field of a role, body by body.
-fn each(layout: &Layout, values: &mut [f64], roles: &[Role], mut change: impl FnMut(Role, &mut [f64])) {
-    for body in 0..layout.signature.bodies.len() {
+fn each(places: &Places, values: &mut [f64], roles: &[Role], mut change: impl FnMut(Role, &mut [f64])) {
+    for body in 0..places.signature.bodies.len() {
         for &role in roles {
-            if let Some(at) = layout.field(body, role) {
+            if let Some(at) = places.field(body, role) {
                 let length = if role == Role::Orientation { 4 } else { 3 };
                 change(role, &mut values[at..at + length]);
             }
@@ -300,27 +300,27 @@ fn fill(ty: &ParameterType, domain: Domain, values: &mut [f64], random: &mut Ran
 }
 
 /// Positions, and vectors without a stated domain, shrink about one point.
-fn coincide(layout: &Layout, state: &mut State, random: &mut Random) {
+fn coincide(places: &Places, state: &mut State, random: &mut Random) {
     let centre: Vec<f64> = (0..3).map(|_| random.uniform(-2.0, 2.0)).collect();
     let scale = state.scale;
-    each(layout, &mut state.values, &[Role::Position], |_, x| {
+    each(places, &mut state.values, &[Role::Position], |_, x| {
         x.iter_mut().zip(&centre).for_each(|(x, c)| *x = c + scale * *x);
     });
-    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+    for (p, parameter) in places.signature.parameters.iter().enumerate() {
         if parameter.domain == Domain::Any && parameter.ty == ParameterType::Vector(3) {
-            let at = layout.parameter(p);
+            let at = places.parameter(p);
             state.values[at..at + 3].iter_mut().for_each(|x| *x *= scale);
         }
     }
 }
 
 /// Orientations differ by a small turn, or by almost half a turn; vectors of three are almost parallel.
-fn align(layout: &Layout, state: &mut State, random: &mut Random, opposite: bool) {
+fn align(places: &Places, state: &mut State, random: &mut Random, opposite: bool) {
     let scale = state.scale;
     let first = random.unit(4);
     let axis = random.unit(3);
     let mut number = 0;
-    each(layout, &mut state.values, &[Role::Orientation], |_, q| {
+    each(places, &mut state.values, &[Role::Orientation], |_, q| {
         let mut turn: Vec<f64> = random.unit(3).iter().map(|x| x * scale).collect();
         turn.push(1.0);
         if opposite && number % 2 == 1 {
@@ -331,9 +331,9 @@ fn align(layout: &Layout, state: &mut State, random: &mut Random, opposite: bool
         q.copy_from_slice(&unit_quaternion(&product(&turn, &first)));
     });
     let direction = random.unit(3);
-    for (p, parameter) in layout.signature.parameters.iter().enumerate() {
+    for (p, parameter) in places.signature.parameters.iter().enumerate() {
         if parameter.ty == ParameterType::Vector(3) && !matches!(parameter.domain, Domain::Range(..)) {
-            let at = layout.parameter(p);
+            let at = places.parameter(p);
             let v = &mut state.values[at..at + 3];
             let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
             let near: Vec<f64> = direction.iter().zip(random.unit(3)).map(|(d, n)| d + scale * n).collect();
@@ -353,4 +353,10 @@ fn product(p: &[f64], q: &[f64]) -> Vec<f64> {
         p[3] * q[2] + p[2] * q[3] + p[0] * q[1] - p[1] * q[0],
         p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
     ]
+}
+
+/// The seed of one draw.
+pub(crate) fn seed(seed: u64, family: Family, number: u64) -> u64 {
+    let mut random = Random::new(seed ^ ((family as u64) << 56) ^ (number << 32));
+    random.next()
 }

@@ -1,0 +1,153 @@
+//! What functions do to errors: the value of each row of the function table, and what it passes on.
+//!
+//! In: a function, its arguments and how far each may be off. Out: the function's value, out of IEEE operations alone; and
+//! a bound on how far the value moves when the arguments move so far, by the mean value theorem: the largest derivative
+//! on the way, times the way. Infinite where the way may lead out of the domain. Derivatives themselves are rounded; the
+//! 2⁻⁴⁸ by which a bound is enlarged covers that where they do not cancel, and where they do it is written out.
+
+use super::running::{Double, Running, times};
+use crate::number::Number;
+use crate::ops::Function;
+use crate::special;
+use std::f64::consts::PI;
+
+const UNIT: f64 = f64::EPSILON / 2.0;
+const NONE: f64 = f64::INFINITY;
+
+/// The value, to about a unit in its last place. Families have none here.
+pub(super) fn value(function: Function, x: &[f64]) -> f64 {
+    match function {
+        Function::Cbrt => libm::cbrt(x[0]),
+        Function::Powf => libm::pow(x[0], x[1]),
+        Function::Exp => libm::exp(x[0]),
+        Function::Ln => libm::log(x[0]),
+        Function::Ln1p => libm::log1p(x[0]),
+        Function::ExpM1 => libm::expm1(x[0]),
+        Function::Sin => libm::sin(x[0]),
+        Function::Cos => libm::cos(x[0]),
+        Function::Tan => libm::tan(x[0]),
+        Function::Asin => libm::asin(x[0]),
+        Function::Acos => libm::acos(x[0]),
+        Function::Atan => libm::atan(x[0]),
+        Function::Atan2 => libm::atan2(x[0], x[1]),
+        Function::Sinh => libm::sinh(x[0]),
+        Function::Cosh => libm::cosh(x[0]),
+        Function::Tanh => libm::tanh(x[0]),
+        Function::Hypot => libm::hypot(x[0], x[1]),
+        // Exact, or rounded as IEEE says; and families, which are asked of [`family`].
+        Function::Pi
+        | Function::Abs
+        | Function::Sqrt
+        | Function::Min
+        | Function::Max
+        | Function::Signum
+        | Function::CosSqrt(_)
+        | Function::AngleRatio(_) => (function.row().value)(x),
+    }
+}
+
+/// The value of a function whose code is printed with the kernel, computed by that code.
+pub(super) fn family<N: Number>(function: Function, arguments: impl FnOnce() -> Vec<N>) -> Option<N> {
+    match function {
+        Function::CosSqrt(n) => Some(special::cos_sqrt(u32::from(n), arguments().swap_remove(0))),
+        Function::AngleRatio(n) => {
+            let [m, w] = <[N; 2]>::try_from(arguments()).ok()?;
+            Some(special::angle_ratio(u32::from(n), m, w))
+        }
+        _ => None,
+    }
+}
+
+/// How far the value moves at most where each argument moves by at most its error.
+pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
+    if errors.iter().all(|error| *error == 0.0) {
+        return 0.0;
+    }
+    if errors.iter().any(|error| !error.is_finite()) {
+        return NONE;
+    }
+    let at = |function| value(function, x).abs();
+    let (a, e) = (x[0], errors[0]);
+    // The end of the way nearest to zero.
+    let least = a.abs() - e;
+    let positive = |x: f64, bound: &dyn Fn() -> f64| if x > 0.0 { bound() } else { NONE };
+    // eᵗ − 1 ≤ t + t² for t ≤ 1, and cosh t ≤ 1 + t².
+    let growth = |t: f64| if t <= 1.0 { t + t * t } else { NONE };
+    match function {
+        // A root follows what is missing in its argument with its sign, see `Running::root`.
+        Function::Pi | Function::Sqrt => 0.0,
+        Function::Abs => e,
+        Function::Signum => positive(least, &|| 0.0),
+        Function::Min | Function::Max => e.max(errors[1]),
+        // ∛ is steepest at the near end, where it is at least |∛a| (1 − t).
+        Function::Cbrt => positive(least, &|| at(Function::Cbrt) * e / (3.0 * least)),
+        Function::Powf => positive(a - e, &|| {
+            let relative = (x[1].abs() + errors[1]) * e / (a - e) + at(Function::Ln) * errors[1];
+            times(at(Function::Powf), growth(relative))
+        }),
+        Function::Exp => times(at(Function::Exp), growth(e)),
+        Function::ExpM1 => times(at(Function::Exp), growth(e)),
+        Function::Ln => positive(a - e, &|| e / (a - e)),
+        Function::Ln1p => {
+            let near = 1.0 + a - e - 4.0 * UNIT * (1.0 + a.abs());
+            positive(near, &|| e / near)
+        }
+        // |f″| ≤ 1 and |f′| ≤ 1
+        Function::Sin => e.min(at(Function::Cos) * e + e * e),
+        Function::Cos => e.min(at(Function::Sin) * e + e * e),
+        // tan(a ± e) − tan a = ± tan e (1 + tan² a)/(1 ∓ tan e tan a), and tan e ≤ e + e² for e ≤ ½.
+        Function::Tan => {
+            let (r, t) = (at(Function::Tan), e + e * e);
+            positive((0.5 - e).min(1.0 - 2.0 * t * r), &|| t * (1.0 + r * r) / (1.0 - t * r))
+        }
+        Function::Asin | Function::Acos => {
+            let far = (a.abs() + e) * (1.0 + 4.0 * UNIT);
+            positive(1.0 - far, &|| e / ((1.0 - far) * (1.0 + far)).sqrt())
+        }
+        Function::Atan => e / (1.0 + least.max(0.0) * least.max(0.0)),
+        // The gradient is as long as 1 over the distance from the origin; the cut is the negative half of the second axis.
+        Function::Atan2 => {
+            let cut = x[1] - errors[1] <= 0.0 && least <= 0.0;
+            let (distance, way) = (at(Function::Hypot), libm::hypot(e, errors[1]));
+            positive(if cut { 0.0 } else { distance * (1.0 - 8.0 * UNIT) - way }, &|| way / (distance - way))
+        }
+        // The derivative there, and half the largest second one on the way: sinh, cosh ≤ cosh a · eᵉ.
+        Function::Sinh => at(Function::Cosh) * (1.0 + growth(e)) * e,
+        Function::Cosh => at(Function::Sinh) * e + at(Function::Cosh) * (1.0 + growth(e)) * e * e,
+        Function::Tanh => {
+            let r = at(Function::Tanh);
+            e.min(((1.0 - r) * (1.0 + r) + 8.0 * UNIT) * e + e * e)
+        }
+        Function::Hypot => libm::hypot(e, errors[1]),
+        // |dᵏ/dsᵏ cos √s| is largest at 0, k!/(2k)!; below zero it grows no faster than eᵗ.
+        Function::CosSqrt(n) => {
+            let largest = (1..=u32::from(n) + 1).fold(1.0, |f, k| f / f64::from(4 * k - 2));
+            let below = (e - a).max(0.0);
+            largest * e * (1.0 + growth(below))
+        }
+        Function::AngleRatio(n) => angle_ratio(u32::from(n), [a, x[1]], [e, errors[1]]),
+    }
+}
+
+/// The nth derivative by m of A = atan2(√m, w)/√m. By w its derivative is (−1)ⁿ⁺¹ n!/(m + w²)ⁿ⁺¹. By m: for w > 0
+/// A = ∫₀¹ w/(w² + m t²) dt, so that |A⁽ᵏ⁾| falls with m and is at most w⁺/w⁻ times that at the least w. For w ≤ 0
+/// A = π/√m − A(m, |w|), so that |A⁽ᵏ⁾| is at most that of π/√m.
+fn angle_ratio(n: u32, [m, w]: [f64; 2], [of_m, of_w]: [f64; 2]) -> f64 {
+    let m = m - of_m;
+    let near = (w.abs() - of_w).max(0.0);
+    let norm = m + near * near;
+    let factorial = (1..=n).fold(1.0, |product, k| product * f64::from(k));
+    let by_w = factorial / (0..=n).fold(1.0, |power, _| power * norm);
+    let by_m = if w - of_w > 0.0 && m >= 0.0 {
+        let (low, high) = (w - of_w, w + of_w);
+        let [at_m, at_w] = [m, low].map(Running::<Double>::known);
+        let steepest = special::angle_ratio(n + 1, at_m, at_w);
+        (steepest.value().abs() + steepest.error()) * (high / low)
+    } else if m > 0.0 {
+        (0..=n).fold(PI / m.sqrt(), |steepest, k| steepest * (f64::from(k) + 0.5) / m)
+    } else {
+        NONE
+    };
+    let passed = times(by_m, of_m) + times(by_w, of_w);
+    if norm > 0.0 && passed.is_finite() { passed } else { NONE }
+}
