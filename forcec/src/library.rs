@@ -31,6 +31,8 @@ pub struct Options {
     pub layout: Layout,
     /// How many instances a kernel computes at once: 1, 4 or 8.
     pub lanes: usize,
+    /// Whether what depends on parameters alone is computed once, by a function of its own.
+    pub prepare: bool,
     /// Bodies that never move.
     pub fixed: Vec<String>,
     /// Parameters whose value is known, entry by entry; one number stands for every entry.
@@ -53,6 +55,7 @@ impl Options {
             outputs: Part::in_order(self.outputs.clone()),
             layout: self.layout,
             lanes: self.lanes,
+            prepare: self.prepare,
             ..Request::default()
         };
         match request.conflict() {
@@ -75,6 +78,7 @@ impl Default for Options {
             outputs: Part::DEFAULT.to_vec(),
             layout: Layout::Dense,
             lanes: 1,
+            prepare: false,
             fixed: Vec::new(),
             set: Vec::new(),
         }

@@ -12,9 +12,7 @@ pub mod observed;
 mod running;
 
 use crate::bodies::{Signature, Slot};
-use crate::exact::Exact;
 use crate::kernel::{Kernel, Precision};
-use crate::number::Arithmetic;
 use crate::outputs::Part;
 use crate::places::Places;
 use crate::states::{Family, Random, draw, seed};
@@ -70,7 +68,7 @@ pub struct Analysis<'a> {
 impl<'a> Analysis<'a> {
     /// Of this kernel, computing in this precision.
     pub fn new(kernel: &'a Kernel, precision: Precision) -> Analysis<'a> {
-        let signature = &kernel.schedule.signature;
+        let signature = kernel.given();
         let last: Vec<&str> = signature.parameters.iter().rev().take(2).map(|p| p.name.as_str()).collect();
         Analysis {
             kernel,
@@ -109,12 +107,7 @@ impl<'a> Analysis<'a> {
     fn evaluate<F: running::Format>(&self, values: &[f64]) -> Vec<Entry> {
         let undecided = Cell::new(false);
         let input = |slot| Running::<F>::input(self.input(values, slot), &undecided);
-        let found = self.kernel.schedule.evaluate(&input).expect("a schedule writes every entry");
-        let list: Vec<Running<F>> = found.iter().copied().collect();
-        let found = match &self.kernel.packing {
-            Some(packing) => packing.unpack(&list, &Running::exact(&Exact::ZERO)),
-            None => list,
-        };
+        let found = self.kernel.evaluate(&input).expect("a schedule writes every entry");
         let error = |x: &Running<F>| if undecided.get() { f64::INFINITY } else { x.error() };
         found.iter().map(|x| Entry { value: x.value(), error: error(x) }).collect()
     }
@@ -131,7 +124,7 @@ impl<'a> Analysis<'a> {
     }
 
     fn signature(&self) -> &Signature {
-        &self.kernel.schedule.signature
+        self.kernel.given()
     }
 
     /// The entries at a regular state: the first of a few draws at which all are finite and some not zero, else one at which
@@ -205,10 +198,9 @@ impl Rounding {
         let mut lines = Vec::new();
         if !told.is_empty() {
             let states = self.states;
-            lines.push(format!(
-                "Rounding: {} of the largest entry, at {states} random states.",
-                told.join(", ")
-            ));
+            let rounded = self.bounds.iter().any(|bound| bound.relative > 0.0);
+            let unit = if rounded { " of the largest entry" } else { "" };
+            lines.push(format!("Rounding: {}{unit}, at {states} random states.", told.join(", ")));
         }
         let open = self.bounds.iter().filter(|bound| bound.unbounded > 0);
         lines.extend(open.map(|bound| {

@@ -4,9 +4,7 @@
 //! double. It is never above the bound of [`super::Analysis::entries`], which is tested for every kernel of the library.
 
 use super::{Analysis, Entry, STATES, relative};
-use crate::exact::Exact;
 use crate::kernel::{Kernel, Precision};
-use crate::number::Arithmetic;
 use crate::outputs::Part;
 use crate::states::Family;
 use crate::verify::big::Big;
@@ -15,12 +13,7 @@ impl Analysis<'_> {
     /// The errors of entries that were computed at this state; `None` where the statements have no value without rounding.
     pub fn observed(&self, values: &[f64], entries: &[Entry]) -> Option<Vec<Entry>> {
         let input = |slot| Big::from_f64(self.input(values, slot));
-        let found = self.kernel.schedule.evaluate(&input)?;
-        let list: Vec<Big> = found.iter().cloned().collect();
-        let exact = match &self.kernel.packing {
-            Some(packing) => packing.unpack(&list, &Big::exact(&Exact::ZERO)),
-            None => list,
-        };
+        let exact = self.kernel.evaluate(&input)?;
         let error = |(exact, entry): (&Big, &Entry)| {
             let error = (exact.clone() - Big::from_f64(entry.value)).abs();
             exact.is_finite().then(|| Entry { value: exact.to_f64(), error: error.to_f64() })
