@@ -522,7 +522,10 @@ fn layouts_and_preparation_go_together_or_say_why_not() {
     let lanes = ["`accumulate` adds to what one instance is given", "= help: leave `lanes` out", "`blocks`"];
     assert_has(&refused("--layout accumulate --lanes 4"), &lanes);
     assert_has(&refused("--layout system --outputs force"), &["says itself what is computed"]);
-    assert_has(&refused("--layout block"), &["the layouts are", "`blocks`", "`symmetric`", "`accumulate`"]);
+    assert_has(
+        &refused("--layout block"),
+        &["[possible values: dense", "blocks, symmetric, accumulate]", "'blocks'"],
+    );
     assert!(place.files("never").is_empty());
     place.succeeds("check . --prepare --layout accumulate --outputs impulse,matrix");
     place.succeeds("build . --out o --prepare --layout blocks --lanes 4");
