@@ -5,7 +5,7 @@
 
 use crate::catalogue::{self, CASES};
 use crate::kernels::{self, BY_HAND, FLAGS, Plan, RUST_FLAGS, STATES};
-use crate::{chain, compile_all, layouts, machine, nodes, peers, work_precision};
+use crate::{chain, compile_all, layouts, machine, nodes, on_threads, peers, sleeping, work_precision};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -40,10 +40,11 @@ pub struct Step {
 }
 
 /// Every step, in order.
-pub const STEPS: [Step; 6] = [
+pub const STEPS: [Step; 7] = [
     Step { name: "kernels", document: "benchmarks.md", prints: &["kernels"], run: kernels },
     Step { name: "layouts", document: "benchmarks.md", prints: &["layouts"], run: layouts },
     Step { name: "growth", document: "benchmarks.md", prints: &["growth"], run: growth },
+    Step { name: "sleeping", document: "benchmarks.md", prints: &["sleeping"], run: sleeping },
     Step { name: "catalogue", document: "catalogue.md", prints: &["catalogue"], run: catalogue },
     Step { name: "simulations", document: "simulations.md", prints: &SIMULATIONS, run: simulations },
     Step {
@@ -173,6 +174,13 @@ pub fn growth_table(links: &[usize]) -> String {
         let _ = writeln!(text, "| {nodes} | {seconds:.2} | {:.1} |", seconds * 1e6 / nodes as f64);
     }
     text
+}
+
+fn sleeping(options: &Options) -> Result<Vec<String>, String> {
+    let sizes = if options.quick { &[(2, 20)][..] } else { &[(100, 10_000)] };
+    // On one thread, so that what sleeps cannot hide on another.
+    let rows = sizes.iter().map(|&(awake, asleep)| on_threads(1, || sleeping::measure(awake, asleep, 200)));
+    Ok(vec![of_rust(&sleeping::table(&rows.collect::<Vec<_>>()))])
 }
 
 fn catalogue(options: &Options) -> Result<Vec<String>, String> {

@@ -12,6 +12,7 @@ pub mod peers;
 pub mod picture;
 pub mod run;
 pub mod scenes;
+pub mod sleeping;
 pub mod work_precision;
 
 use forcec::compile::{Compiled, compile};
