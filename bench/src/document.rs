@@ -5,7 +5,9 @@
 
 use crate::catalogue::{self, CASES};
 use crate::kernels::{self, BY_HAND, FLAGS, Plan, RUST_FLAGS, STATES};
-use crate::{chain, compile_all, layouts, machine, nodes, on_threads, peers, sleeping, work_precision};
+use crate::{
+    chain, compile_all, layouts, machine, modes, nodes, on_threads, peers, sleeping, work_precision,
+};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -40,9 +42,10 @@ pub struct Step {
 }
 
 /// Every step, in order.
-pub const STEPS: [Step; 7] = [
+pub const STEPS: [Step; 8] = [
     Step { name: "kernels", document: "benchmarks.md", prints: &["kernels"], run: kernels },
     Step { name: "layouts", document: "benchmarks.md", prints: &["layouts"], run: layouts },
+    Step { name: "modes", document: "benchmarks.md", prints: &MODES, run: modes },
     Step { name: "growth", document: "benchmarks.md", prints: &["growth"], run: growth },
     Step { name: "sleeping", document: "benchmarks.md", prints: &["sleeping"], run: sleeping },
     Step { name: "catalogue", document: "catalogue.md", prints: &["catalogue"], run: catalogue },
@@ -53,6 +56,14 @@ pub const STEPS: [Step; 7] = [
         prints: &["peers-setting", "peers-summary", "peers"],
         run: by_peers,
     },
+];
+
+/// The block of modes, and the plots of some kernels.
+const MODES: [&str; 4] = [
+    "modes",
+    "figures/modes-point_to_point.svg",
+    "figures/modes-distance.svg",
+    "figures/modes-neo_hookean.svg",
 ];
 
 /// The blocks of simulations.
@@ -156,6 +167,19 @@ fn layouts(options: &Options) -> Result<Vec<String>, String> {
     let kernel = BY_HAND[0];
     let rows = in_folder("layouts", |folder| layouts::measure(kernel, plan.rounds, folder))?;
     Ok(vec![format!("{}\n{}", fenced(&(setting(&plan) + kernel + "\n")), layouts::table(&rows))])
+}
+
+fn modes(options: &Options) -> Result<Vec<String>, String> {
+    let mut plan = plan(options);
+    let plotted = MODES[1..].iter().filter_map(|name| name.split_once('-')?.1.strip_suffix(".svg"));
+    let plotted: Vec<&str> = plotted.collect();
+    let only = if options.quick { plotted.as_slice() } else { &[] };
+    // gcc may fuse in the mode `fast` alone.
+    plan.flags.push("-ffp-contract=off|fast".to_owned());
+    let points = in_folder("modes", |folder| modes::measure(only, plan.rounds, folder))?;
+    let mut texts = vec![format!("{}\n{}", fenced(&setting(&plan)), modes::table(&points))];
+    texts.extend(plotted.iter().map(|kernel| modes::plot(&points, kernel)));
+    Ok(texts)
 }
 
 fn growth(options: &Options) -> Result<Vec<String>, String> {

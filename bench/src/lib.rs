@@ -8,6 +8,7 @@ pub mod document;
 pub mod kernels;
 pub mod layouts;
 pub mod machine;
+pub mod modes;
 pub mod peers;
 pub mod picture;
 pub mod run;

@@ -4,8 +4,10 @@
 use clap::{Parser, Subcommand};
 use forcec_bench::catalogue::{self, CASES};
 use forcec_bench::document::{self, document};
+use forcec_bench::modes;
 use forcec_bench::run::{self, Options};
 use forcec_bench::work_precision;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Scenes through time, and how stable they are.
@@ -22,6 +24,17 @@ enum Command {
     Run(Options),
     /// Time of a simulated second against error at the end, a curve an integrator, beside peers.
     WorkPrecision(work_precision::Options),
+    /// Times every kernel in every mode against its error.
+    Modes {
+        /// Names of kernels; all if there are none.
+        kernels: Vec<String>,
+        /// How often each is timed.
+        #[arg(long, default_value_t = 21)]
+        rounds: usize,
+        /// Writes a row a kernel and mode.
+        #[arg(long, value_name = "FILE")]
+        csv: Option<PathBuf>,
+    },
     /// Tries the cases of the stability catalogue and prints a table.
     Catalogue {
         /// Numbers of cases; all if there are none.
@@ -50,6 +63,14 @@ fn main() -> ExitCode {
         Command::Run(options) => done(run::run(&options)),
         Command::Document(options) => done(document(&options)),
         Command::WorkPrecision(options) => done(work_precision::run(&options)),
+        Command::Modes { kernels, rounds, csv } => {
+            let only: Vec<&str> = kernels.iter().map(String::as_str).collect();
+            let folder = std::env::temp_dir().join(format!("forcec-modes-{}", std::process::id()));
+            let points = modes::measure(&only, rounds, &folder);
+            println!("{}", modes::table(&points));
+            let written = csv.map_or(Ok(()), |path| std::fs::write(path, modes::csv(&points)));
+            done(written.and_then(|()| std::fs::remove_dir_all(&folder)).map_err(|error| error.to_string()))
+        }
         Command::Catalogue { cases, quick } => {
             let chosen = CASES.iter().filter(|case| cases.is_empty() || cases.contains(&case.number));
             println!("{}", catalogue::HEAD);

@@ -1,6 +1,7 @@
 //! The benchmark of kernels runs, and everybody computes the same. No time is judged.
 
 use forcec_bench::kernels::{BY_HAND, FLAGS, Plan, measure};
+use forcec_bench::modes;
 use forcec_bench::peers;
 use std::path::Path;
 
@@ -77,4 +78,22 @@ fn a_document_keeps_what_was_not_printed() {
     let printed = peers::print_into(document, &[("x", "new\n".to_owned())]).unwrap();
     assert_eq!(printed, document.replace("old", "new"));
     assert!(peers::print_into(document, &[("z", String::new())]).is_err());
+}
+
+#[test]
+fn modes_err_as_they_should() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("modes");
+    let points = modes::measure(&["spring"], 2, &folder);
+    assert_eq!(points.len(), modes::WAYS.len());
+    let error = |name: &str| {
+        let point = points.iter().find(|point| point.way.name == name).unwrap();
+        assert!(point.time.least > 0.0, "{name}");
+        point.errors[0].normwise
+    };
+    assert!(error("f64 accurate") <= error("f64 balanced") && error("f64 balanced") < 1e-12);
+    assert!(error("f32 accurate") <= error("f32 balanced") && error("f32 balanced") < 1e-4);
+    assert!(error("f32 balanced") > 1e3 * error("f64 balanced"));
+    assert_eq!(error("f64 balanced, 4 lanes"), error("f64 balanced"));
+    assert!(modes::plot(&points, "spring").contains("f32 balanced"));
+    assert_eq!(modes::csv(&points).lines().count(), points.len() + 1);
 }
