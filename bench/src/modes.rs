@@ -330,7 +330,7 @@ fn errors(stages: &Stages, drawn: &Drawn, computed: &[f64]) -> [Error; FAMILIES.
 
 /// For each way the times and errors of all kernels: geometric means, medians and the worst.
 pub fn table(points: &[Point]) -> String {
-    let mut text = String::from("| mode | time | of kernels |");
+    let mut text = String::from("| mode | time | quartiles |");
     for family in FAMILIES {
         let _ = write!(text, " {} | worst |", family.name());
     }
