@@ -425,6 +425,29 @@ fn formulas_are_true() {
     assert_has(&place.refused("show f.rs link --stage latex --explain"), &["write `--stage optimized`"]);
 }
 
+/// What is symmetric by the law of a force is said of its blocks.
+#[test]
+fn blocks_of_a_symmetric_matrix_are_related() {
+    let place = Place::new("related");
+    let text = "#[constraint]\npub fn lever(a: Rigid, b: Rigid, arm: Vec3, axis: Vec3) -> Real {\n\
+                (b.position - a.position - a.orientation * arm).dot(b.orientation * axis)\n}\n";
+    place.write("f.rs", text).succeeds("build f.rs --out k --layout blocks");
+    assert_has(&place.read("k/f_blocks.c"), &["dfdv_a_a is symmetric", "dfdv_b_a = dfdv_a_bᵀ"]);
+}
+
+/// What C would not include, or take for a header of its own, is no name of a force file.
+#[test]
+fn headers_are_told_apart() {
+    let place = Place::new("headers");
+    place.write("math.rs", SPRING).write("a\"b.rs", SPRING);
+    assert_has(
+        &place.refused("build math.rs --out k"),
+        &["would hide the header <math.h>", "--> math.rs", "rename"],
+    );
+    assert_has(&place.refused("build a\"b.rs --out k"), &["C cannot include", "rename the force file"]);
+    place.succeeds("build math.rs --out k --target rust");
+}
+
 #[test]
 fn check_reports_every_kernel() {
     let place = Place::new("check");
