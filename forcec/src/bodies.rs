@@ -344,6 +344,13 @@ impl Signature {
         }
         name
     }
+
+    /// What a vector or quaternion that begins at a slot is called: its first entry's name without the last index.
+    pub fn whole_name(&self, slot: Slot) -> String {
+        let mut name = self.slot_name(slot);
+        name.truncate(name.rfind(['.', '[']).unwrap_or(name.len()));
+        name
+    }
 }
 
 /// The indices, outermost first, of a flat offset into an array of these extents.

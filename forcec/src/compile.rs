@@ -180,7 +180,7 @@ pub(crate) fn unknown<'f>(
 }
 
 /// That a force has no value is an error where its value is wanted.
-fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
+pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
     let wanted = outputs.iter().any(|part| part.row().rows == Axis::Row);
     (wanted && definition.law.rows() == 0).then(|| {
         let message = format!("the force `{}` has neither value nor jacobian", definition.name);
@@ -248,8 +248,11 @@ fn prepared(program: &Program, style: Style) -> (Schedule, Preparation) {
     }
 }
 
-/// Longer definitions are left to `forcec show`.
+/// Longer lines are left to the source and `forcec show`.
 const LONGEST_FORMULA: usize = 100;
+
+/// More lines are left to them too.
+const MOST_FORMULAS: usize = 8;
 
 /// What the kernel computes, in a few lines.
 fn formulas(definition: &Definition) -> Vec<String> {
@@ -275,13 +278,25 @@ fn formulas(definition: &Definition) -> Vec<String> {
     };
     let formulas = Formulas::new(graph, Dialect::Text, &roots);
     let values: Vec<&str> = roots.iter().map(|root| formulas.formula(*root as usize)).collect();
+    let fits = |line: &String| line.chars().count() <= LONGEST_FORMULA;
     let mut lines: Vec<String> = formulas.lines().map(|(name, text)| format!("{name} = {text}")).collect();
-    lines.push(match values.as_slice() {
+    let short = lines.iter().all(fits);
+    let whole = match values.as_slice() {
         [value] => format!("{name} = {value}"),
         values => format!("{name} = ({})", values.join(", ")),
-    });
-    if lines.len() > 8 || lines.iter().any(|line| line.chars().count() > LONGEST_FORMULA) {
-        lines.clear();
+    };
+    if fits(&whole) {
+        lines.push(whole);
+    } else {
+        // Row below row.
+        let last = values.len() - 1;
+        lines.extend(values.iter().enumerate().map(|(row, value)| {
+            let open = if row == 0 { format!("{name} = (") } else { " ".repeat(name.len() + 4) };
+            format!("{open}{value}{}", if row == last { ")" } else { "," })
+        }));
+    }
+    if !short || lines.len() > MOST_FORMULAS || !lines.iter().all(fits) {
+        lines = vec![format!("{name}: see the source")];
     }
     lines.extend((!law.is_empty()).then(|| law.to_owned()));
     lines.extend(remarks(&graph.signature));

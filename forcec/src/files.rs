@@ -128,6 +128,9 @@ pub(crate) fn outputs(
     let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
     for unit in units {
         let printed = unit.files(precisions);
+        if targets.contains(&Target::C) {
+            printed.iter().try_for_each(|file| includable(unit, &file.stem))?;
+        }
         let printed =
             printed.iter().flat_map(|file| targets.iter().flat_map(|target| targets::emit(file, *target)));
         for generated in printed {
@@ -139,6 +142,53 @@ pub(crate) fn outputs(
         }
     }
     Ok(files.into_iter().map(|(path, text)| Output { path, text }).collect())
+}
+
+/// The headers of the C standard library, without their ending.
+const HEADERS: [&str; 31] = [
+    "assert",
+    "complex",
+    "ctype",
+    "errno",
+    "fenv",
+    "float",
+    "inttypes",
+    "iso646",
+    "limits",
+    "locale",
+    "math",
+    "setjmp",
+    "signal",
+    "stdalign",
+    "stdarg",
+    "stdatomic",
+    "stdbit",
+    "stdbool",
+    "stdckdint",
+    "stddef",
+    "stdint",
+    "stdio",
+    "stdlib",
+    "stdnoreturn",
+    "string",
+    "tgmath",
+    "threads",
+    "time",
+    "uchar",
+    "wchar",
+    "wctype",
+];
+
+/// Whether C can include a header of this name, and means no other by it.
+fn includable(unit: &Unit, stem: &str) -> Result<(), String> {
+    let why = if HEADERS.contains(&stem) {
+        format!("`{stem}.h` would hide the header <{stem}.h> of C")
+    } else if stem.contains(['"', '\\']) || stem.contains(char::is_control) {
+        "C cannot include a header of such a name".to_owned()
+    } else {
+        return Ok(());
+    };
+    Err(format!("error: {why}\n --> {}\n  = help: rename the force file", unit.path.display()))
 }
 
 /// The message about a file that would be written twice.

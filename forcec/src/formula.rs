@@ -63,11 +63,28 @@ impl<'g> Formulas<'g> {
                 }
             }
         }
+        let within = |index: u32| match graph.node(index as usize) {
+            Node::Let(x) => Some(x.0),
+            Node::VectorLet(v) => Some(v.0),
+            _ => None,
+        };
+        // What stands behind a `let` is called as that is, and shown once.
+        let called: BTreeMap<u32, &str> =
+            uses.keys().filter_map(|let_| Some((within(*let_)?, graph.name(*let_ as usize)?))).collect();
         let mut taken: BTreeMap<String, usize> = BTreeMap::new();
         for (index, count) in uses {
             let (text, binding) = formulas.make(index);
-            let long = count > 1 && text.chars().count() > INLINE;
-            let name = match graph.name(index as usize) {
+            if within(index).is_some_and(|inner| formulas.names.contains_key(&inner)) {
+                formulas.made.insert(index, (text, binding));
+                continue;
+            }
+            // An argument has a name, however long that is written.
+            let argument = matches!(
+                graph.node(index as usize),
+                Node::Constant(_) | Node::Entry(_) | Node::Triple(_) | Node::Known(_)
+            );
+            let long = count > 1 && text.chars().count() > INLINE && !argument;
+            let name = match called.get(&index).copied().or_else(|| graph.name(index as usize)) {
                 Some(name) => name.to_owned(),
                 None if long => "t".to_owned(),
                 None => {
@@ -169,22 +186,16 @@ impl<'g> Formulas<'g> {
     fn slot(&self, slot: Slot, vector: bool) -> String {
         let signature = &self.graph.signature;
         let Some(role) = signature.role(slot) else {
-            let parameter = signature.parameter(slot).expect("a slot names an argument");
-            if vector && parameter.ty.length() == 3 {
-                return self.spell_name(&parameter.name, true);
-            }
-            let name = signature.slot_name(slot);
+            let name = if vector { signature.whole_name(slot) } else { signature.slot_name(slot) };
             return match self.dialect {
                 Dialect::Text => name,
-                Dialect::Latex => self.spell_name(&name.replace(['.', '['], "_").replace(']', ""), false),
+                Dialect::Latex => self.spell_name(&name.replace(['.', '['], "_").replace(']', ""), vector),
             };
         };
         let body = &signature.bodies[slot.argument as usize].name;
         match self.dialect {
-            Dialect::Text => {
-                let name = signature.slot_name(slot);
-                if vector { name.trim_end_matches(".x").to_owned() } else { name }
-            }
+            Dialect::Text if vector => signature.whole_name(slot),
+            Dialect::Text => signature.slot_name(slot),
             Dialect::Latex => {
                 let symbol = match role {
                     Role::Position => "\\mathbf{x}",
@@ -211,7 +222,7 @@ impl<'g> Formulas<'g> {
         use Binding::{Atom, Choice, Power, Product};
         let latex = self.dialect == Dialect::Latex;
         match self.graph.node(index as usize) {
-            Node::Constant(value) => (number(value, self.dialect), Atom),
+            Node::Constant(value) => (signed(value, self.dialect), Atom),
             Node::Entry(slot) => (self.slot(*slot, false), Atom),
             Node::Triple(slot) => (self.slot(*slot, true), Atom),
             Node::Difference(p, q) => {
@@ -349,10 +360,25 @@ impl<'g> Formulas<'g> {
         }
     }
 
+    /// The multiple of a vector of numbers, a vector of numbers.
+    fn multiple(&self, factor: &Exact, index: u32) -> Option<String> {
+        let Node::Pack(entries) = self.graph.node(index as usize) else { return None };
+        let scaled = entries.iter().map(|entry| match self.graph.node(entry.index()) {
+            Node::Constant(value) => Some(signed(&(factor * value), self.dialect)),
+            _ => None,
+        });
+        let scaled: Option<Vec<String>> = scaled.collect();
+        scaled.filter(|_| !self.names.contains_key(&index)).map(|entries| format!("({})", entries.join(", ")))
+    }
+
     fn sum(&self, constant: &Exact, terms: impl Iterator<Item = (Exact, u32)>) -> (String, Binding) {
         let space = if self.dialect == Dialect::Latex { "\\," } else { " " };
         let mut parts: Vec<(bool, String)> = Vec::new();
         for (c, index) in terms {
+            if let Some(text) = self.multiple(&c, index) {
+                parts.push((false, text));
+                continue;
+            }
             let size = c.abs();
             let text = if size.is_one() {
                 self.part(index, Binding::Product)
@@ -393,13 +419,26 @@ fn wrap(text: &str, binding: Binding, at_least: Binding, dialect: Dialect) -> St
     }
 }
 
+/// A number with the sign that text of its dialect has.
+fn signed(value: &Exact, dialect: Dialect) -> String {
+    match (dialect, value.is_negative()) {
+        (Dialect::Text, true) => format!("−{}", number(&value.abs(), dialect)),
+        _ => number(value, dialect),
+    }
+}
+
 fn number(value: &Exact, dialect: Dialect) -> String {
     let (numerator, denominator) = value.parts();
     if denominator == "1" && numerator.len() < 8 {
         return numerator;
     }
     if numerator.len() + denominator.len() > 6 {
-        return format!("{:?}", value.to_f64());
+        let digits = format!("{:?}", value.to_f64());
+        return match (dialect, digits.split_once('e')) {
+            (Dialect::Latex, Some(("1", power))) => format!("10^{{{power}}}"),
+            (Dialect::Latex, Some((digits, power))) => format!("{digits} \\cdot 10^{{{power}}}"),
+            _ => digits,
+        };
     }
     match dialect {
         Dialect::Text => format!("{numerator}/{denominator}"),

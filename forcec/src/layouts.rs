@@ -153,7 +153,7 @@ impl Layout {
         match self.row().place {
             Place::Itself => None,
             Place::Shared => Some(pack(program)),
-            Place::Bodies => Some(blocks(program, self.row().adds)),
+            Place::Bodies => Some(blocks(program, self.row().adds, symmetric)),
             Place::Triangle => Some(triangles(program, symmetric)),
         }
     }
@@ -277,7 +277,7 @@ fn spans(program: &Program) -> Vec<(String, Range<usize>)> {
 
 /// An array a body, or a pair of bodies, of what counts coordinates. One that is all zero is not stored, unless none were
 /// left; where results are added, no zero has a place.
-fn blocks(program: &Program, adds: bool) -> (Program, Packing) {
+fn blocks(program: &Program, adds: bool, symmetric: &[Part]) -> (Program, Packing) {
     let zero = |id: &Id| program.graph.is_zero(*id);
     let empty = program.outputs().all(|id| zero(&id));
     let bodies = spans(program);
@@ -291,6 +291,8 @@ fn blocks(program: &Program, adds: bool) -> (Program, Packing) {
         };
         let columns = along(part.row().columns, array.columns);
         let mut found: Vec<(String, Matrix)> = Vec::new();
+        // By the law of the force, whatever values show.
+        let mut mirrored: Vec<(String, String)> = Vec::new();
         let mut missing: Vec<String> = Vec::new();
         for (row, rows) in along(Some(part.row().rows), height) {
             for (column, columns) in &columns {
@@ -300,6 +302,11 @@ fn blocks(program: &Program, adds: bool) -> (Program, Packing) {
                 let entries = places.map(|(row, column)| row * array.columns + column);
                 let entries: Vec<(usize, Id)> = entries.map(|at| (at, array.entries[at])).collect();
                 let name = piece.name();
+                if symmetric.contains(&part) {
+                    let of = [*column, row].into_iter().flatten().cloned().collect();
+                    let across = Piece::Block { part, rows: columns.clone(), columns: rows.clone(), of };
+                    mirrored.push((name.clone(), across.name()));
+                }
                 if entries.iter().all(|(_, id)| zero(id)) && !empty {
                     missing.push(name);
                     continue;
@@ -312,7 +319,7 @@ fn blocks(program: &Program, adds: bool) -> (Program, Packing) {
                 pieces.store(part, columns.len(), result, entries);
             }
         }
-        remarks.extend(relations(&program.graph, &found));
+        remarks.extend(relations(&program.graph, &found, &mirrored));
         remarks.extend(listed("all zero and not stored: ", &missing));
     }
     if adds {
@@ -352,7 +359,7 @@ impl Matrix {
 }
 
 /// What blocks have to do with blocks before them: `dfdx_a_b = −dfdx_a_a`.
-fn relations(graph: &Graph, blocks: &[(String, Matrix)]) -> Vec<String> {
+fn relations(graph: &Graph, blocks: &[(String, Matrix)], mirrored: &[(String, String)]) -> Vec<String> {
     let mut known = Vec::new();
     for (place, (name, block)) in blocks.iter().enumerate() {
         let transposed = block.transposed();
@@ -369,7 +376,15 @@ fn relations(graph: &Graph, blocks: &[(String, Matrix)]) -> Vec<String> {
             let way = ways.into_iter().find(|(negative, _)| transposed.is(block, graph, *negative));
             way.map(|(_, way)| format!("{name} is {way}"))
         };
-        known.extend(blocks[..place].iter().find_map(related).or_else(own));
+        let by_law = || {
+            let (_, across) = mirrored.iter().find(|(own, _)| own == name)?;
+            if across == name {
+                return Some(format!("{name} is symmetric"));
+            }
+            let before = blocks[..place].iter().any(|(other, _)| other == across);
+            before.then(|| format!("{name} = {across}ᵀ"))
+        };
+        known.extend(blocks[..place].iter().find_map(related).or_else(own).or_else(by_law));
     }
     listed("", &known)
 }

@@ -323,12 +323,21 @@ impl OptionRow {
         matches!(self.takes, Takes::Some | Takes::Names | Takes::Numbers)
     }
 
+    /// Whether its values are numbers.
+    pub fn is_number(&self) -> bool {
+        let values = (self.values)();
+        !values.is_empty() && values.iter().all(|value| value.parse::<u32>().is_ok())
+    }
+
     /// What it takes, as a message says it.
     pub fn form(&self) -> String {
         match self.takes {
             Takes::Nothing => "it stands by itself".to_owned(),
             Takes::One => format!("it takes one {}", self.noun),
-            Takes::Some | Takes::Names => format!("it takes the name of a {}, or a list of them", self.noun),
+            Takes::Some | Takes::Names => {
+                let article = if self.noun.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
+                format!("it takes the name of {article} {}, or a list of them", self.noun)
+            }
             Takes::Numbers => "it takes names with numbers".to_owned(),
         }
     }

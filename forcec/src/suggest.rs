@@ -5,11 +5,8 @@ pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
     if name.len() > 64 {
         return None;
     }
-    let limit = match name.len() {
-        0..=2 => 1,
-        3..=7 => 2,
-        _ => 3,
-    };
+    // One letter in three, at most three.
+    let limit = (name.len() / 3).clamp(1, 3);
     let mut best: Option<(usize, &str)> = None;
     for candidate in candidates {
         let same_letters = candidate.eq_ignore_ascii_case(name);

@@ -33,7 +33,7 @@ impl fmt::Display for Graph {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, node) in self.nodes().enumerate() {
             let slot = |slot| self.signature.slot_name(slot);
-            let base = |s| slot(s).trim_end_matches(".x").to_owned();
+            let base = |s| self.signature.whole_name(s);
             let (letter, text) = match node {
                 Node::Constant(value) => ('r', format!("{value}")),
                 Node::Entry(s) => ('r', slot(*s)),
@@ -94,8 +94,7 @@ impl fmt::Display for Graph {
 /// The factors of a product of quaternions.
 fn factors(graph: &Graph, turn: &[(crate::bodies::Slot, bool)]) -> String {
     let factor = |(slot, inverse): &(_, bool)| {
-        let name = graph.signature.slot_name(*slot);
-        format!(" {}{}", name.trim_end_matches(".x"), if *inverse { "⁻¹" } else { "" })
+        format!(" {}{}", graph.signature.whole_name(*slot), if *inverse { "⁻¹" } else { "" })
     };
     turn.iter().map(factor).collect()
 }

@@ -400,6 +400,54 @@ fn stats_has_the_promised_schema() {
     assert_has(rows[0], &["kernel", "add", "mul", "div", "sqrt", "call", "neg", "total", "lines"]);
 }
 
+/// Formulas name all of an argument, tell of numbers as mathematics does, and say where they stop.
+#[test]
+fn formulas_are_true() {
+    let place = Place::new("formulas");
+    let text = "#[constraint]\npub fn link(a: Rigid, b: Rigid, arms: [Vec3; 2], rest: Quat, table: [[Real; 2]; 2]) -> Real {\n\
+                let arm = a.orientation * arms[1];\n\
+                let axis = b.orientation * rest * Vec3::new(-1.0, 0.0, 0.0);\n\
+                arm.dot(axis) + 1e-6 * table[0][1]\n}\n";
+    place.write("f.rs", text);
+    let derivative = place.succeeds("show f.rs link --stage derivative").out;
+    assert_has(&derivative, &["arm = a.orientation * arms[1]\n", "rest * (−1, 0, 0)", "1e-6 table[0][1]"]);
+    assert_has(&place.succeeds("show f.rs link --stage graph").out, &["= arms[1]\n", "rotate rest "]);
+    let latex = place.succeeds("show f.rs link --stage latex").out;
+    assert_has(&latex, &["\\mathbf{arms}_{\\mathrm{1}}", "10^{-6}"]);
+    place.succeeds("build f.rs --out k");
+    assert_has(&place.read("k/f.c"), &["arm = a.orientation * arms[1]", "C = 1e-6 table[0][1] + arm · axis"]);
+    assert_has(&place.read("k/f.h"), &["table[2][2]; /* 2 by 2 times: real */"]);
+    let sum = vec!["p.position.norm_squared().sqrt().exp().sqrt().exp()"; 9].join(" * k + ");
+    place.write("long.rs", format!("#[energy]\npub fn long(p: Particle, k: Real) -> Real {{\n{sum}\n}}\n"));
+    place.succeeds("build long.rs --out k");
+    assert_has(&place.read("k/long.c"), &["F = −∂E/∂X"]);
+    assert!(place.read("k/long.c").contains(" * E"), "{}", place.read("k/long.c"));
+    assert_has(&place.refused("show f.rs link --stage latex --explain"), &["write `--stage optimized`"]);
+}
+
+/// What is symmetric by the law of a force is said of its blocks.
+#[test]
+fn blocks_of_a_symmetric_matrix_are_related() {
+    let place = Place::new("related");
+    let text = "#[constraint]\npub fn lever(a: Rigid, b: Rigid, arm: Vec3, axis: Vec3) -> Real {\n\
+                (b.position - a.position - a.orientation * arm).dot(b.orientation * axis)\n}\n";
+    place.write("f.rs", text).succeeds("build f.rs --out k --layout blocks");
+    assert_has(&place.read("k/f_blocks.c"), &["dfdv_a_a is symmetric", "dfdv_b_a = dfdv_a_bᵀ"]);
+}
+
+/// What C would not include, or take for a header of its own, is no name of a force file.
+#[test]
+fn headers_are_told_apart() {
+    let place = Place::new("headers");
+    place.write("math.rs", SPRING).write("a\"b.rs", SPRING);
+    assert_has(
+        &place.refused("build math.rs --out k"),
+        &["would hide the header <math.h>", "--> math.rs", "rename"],
+    );
+    assert_has(&place.refused("build a\"b.rs --out k"), &["C cannot include", "rename the force file"]);
+    place.succeeds("build math.rs --out k --target rust");
+}
+
 #[test]
 fn check_reports_every_kernel() {
     let place = Place::new("check");

@@ -19,6 +19,9 @@ fn place(name: &str, scene: &str) -> PathBuf {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::copy(example().join("gate.rs"), folder.join("gate.rs")).unwrap();
+    // Not found by a search of the folder.
+    let drag = "#[force]\npub fn drag(a: Particle) -> Vec3 { -a.velocity }\n";
+    std::fs::write(folder.join("drag.force"), drag).unwrap();
     std::fs::write(folder.join("scene.toml"), scene).unwrap();
     folder
 }
@@ -130,6 +133,26 @@ fn wrong_scenes() {
             "conflict",
             "forces = [\"gate.rs\"]\n[[kernel]]\nfunction = \"weight\"\nlayout = \"system\"\noutputs = \"force\"\n",
         ),
+        (
+            "lanes",
+            "forces = [\"gate.rs\"]\nlanes = 4\n[[kernel]]\nfunction = \"weight\"\nlayout = \"accumulate\"\n",
+        ),
+        (
+            "value",
+            "forces = \"drag.force\"\n[[kernel]]\nfunction = \"drag\"\nintegrator = \"xpbd\"\n\
+             [[kernel]]\nfunction = \"drag\"\noutputs = \"value\"\n",
+        ),
+        (
+            "meet",
+            "forces = [\"gate.rs\"]\n[[kernel]]\nfunction = \"weight\"\nname = \"x\"\n\
+             [[kernel]]\nfunction = \"hinge\"\nname = \"x_params\"\n",
+        ),
+        (
+            "types",
+            "forces = [\"gate.rs\"]\nintegrator = \"euler\"\nlanes = \"4\"\neffort = 3\n\
+             [[kernel]]\nfunction = \"weight\"\noutputs = []\nprepare = \"true\"\n",
+        ),
+        ("none", "forces = []\n[[kernel]]\nfunction = \"weight\"\n"),
         ("file", "forces = [\"gates.rs\"]\n[[kernel]]\nfunction = \"weight\"\n"),
         ("text", "forces = [\"gate.rs\"]\n[[kernel]\nfunction = 3\n"),
         ("type", "forces = [\"gate.rs\"]\n[[kernel]]\nfunction = 3\n"),

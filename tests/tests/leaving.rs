@@ -61,9 +61,30 @@ fn what_does_nothing_leaves_early() {
         assert!(acting > 0, "{name} acts");
         at_rest += usize::from(idle > 0);
         let nothing = vec![f64::NAN; probe.draw(Family::Random, 5, 0).len()];
-        let handed_on = eval::evaluate(&function.program, &|_| f64::NAN).iter().any(|x| x.is_nan());
+        let whole = eval::evaluate(&function.program, &|_| f64::NAN);
+        let handed_on = whole.iter().any(|x| x.is_nan());
         let computed = computed(function, &nothing);
+        let both_zero = whole.iter().all(|x| *x == 0.0) <= computed.iter().all(|x| *x == 0.0);
+        assert!(both_zero, "{name} is zero where its source chooses so");
         assert!(!handed_on || computed.iter().any(|x| x.is_nan()), "{name} hands on what is not a number");
     }
     assert!(at_rest >= 10, "{leaving} kernels leave, {at_rest} are seen to");
+}
+
+/// What a source chooses to be zero where a comparison does not hold is zero where that is because of what is not a number.
+#[test]
+fn what_is_not_a_number_goes_the_way_of_the_source() {
+    let text = "#[force]\npub fn floor(p: Particle, k: Real, d: Real) -> Vec3 {\n\
+                let z = p.position.z;\n\
+                if z < 0.0 { Vec3::new(0.0, k * z * z, -k * z + d * z * p.velocity.z * p.velocity.z) } else { Vec3::zeros() }\n}\n";
+    let source = forcec::span::Source::new("floor.rs", text);
+    let compiled = forcec::compile::compile(&source, &|_| true, forcec::plan::Effort::Default).unwrap();
+    let function = &compiled.functions[0];
+    assert!(before_leaving(function).is_some(), "{}", function.kernel.schedule);
+    for z in [-1.0, 0.0, 1.0, f64::NAN] {
+        let mut inputs = vec![0.5; 16];
+        inputs[2] = z;
+        let acts = computed(function, &inputs).iter().any(|x| *x != 0.0);
+        assert_eq!(acts, z < 0.0, "at {z}");
+    }
 }

@@ -56,10 +56,7 @@ enum Command {
     #[command(after_help = "Example:\n  forcec lint forces/ --only distance --deny-warnings")]
     Lint(lint::Lint),
     /// Print one stage of one force function
-    #[command(
-        after_help = "Example:\n  forcec lint forces/                                how functions behave in a solver
-  forcec show joints.rs hinge --stage latex"
-    )]
+    #[command(after_help = "Example:\n  forcec show joints.rs hinge --stage latex")]
     Show(show::Show),
     /// Print operations, lines, non-zeros and compile time of every kernel
     #[command(after_help = "Example:\n  forcec stats forces/ --json")]

@@ -9,7 +9,7 @@ use crate::targets::emit;
 use crate::text;
 use std::path::PathBuf;
 
-#[derive(clap::ValueEnum, Clone, Copy)]
+#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
 enum Stage {
     /// The function as it was read
     Ast,
@@ -47,6 +47,10 @@ pub(super) struct Show {
 
 impl Show {
     pub(super) fn run(self) -> Outcome {
+        if self.explain && self.stage != Stage::Optimized {
+            let message = "error: `--explain` tells of the passes of the optimiser\n  = help: write `--stage optimized`";
+            return Err(Failure::Input(message.to_owned()));
+        }
         let input =
             Input { paths: vec![self.path], scene: None, only: vec![self.name.clone()], search: self.search };
         let units = input.compile()?;

@@ -70,7 +70,7 @@ impl Stats {
         rows.push(line("total", own, Some(all)));
         let mut text = table(&["kernel", "operations", "of full", "saved", "outputs", "of full"], &rows);
         if functions.iter().any(|function| function.kernel.layout == Layout::System) {
-            text.push_str("\nwhat is `_system` also makes a step's matrix and impulse of F, dF/dX and dF/dV, which the full one leaves to others\n");
+            text.push_str("\na kernel of the layout `system` also makes a step's matrix and impulse of F, dF/dX and dF/dV, which the full kernel leaves to others\n");
         }
         if scene.again > 0 {
             text.push_str(&format!("\nasked for again, and written once: {}\n", scene.again));

@@ -189,16 +189,26 @@ impl Builder<'_> {
     /// The statement that leaves where tests hold, after what it needs.
     fn leave_where(&mut self, guard: &Guard) {
         let mut holds: Option<Expression> = None;
-        for Test { comparison, pair } in guard {
+        let join = |pair| if guard.unless { Expression::Or(pair) } else { Expression::And(pair) };
+        for Test { comparison, pair } in &guard.tests {
             pair.iter().for_each(|edge| self.visit(edge.item, self.family));
             let [x, y] = pair.map(|edge| self.signed(edge));
             let test = Expression::Compare(*comparison, Box::new(turned(x, y)));
             holds = Some(match holds {
                 // No logic within logic.
-                Some(others @ Expression::And(_)) => Expression::And(Box::new([self.part(others), test])),
-                Some(other) => Expression::And(Box::new([other, test])),
+                Some(others @ (Expression::And(_) | Expression::Or(_))) => {
+                    join(Box::new([self.part(others), test]))
+                }
+                Some(other) => join(Box::new([other, test])),
                 None => test,
             });
+        }
+        if let Some(acts) = holds.take_if(|_| guard.unless) {
+            // By a name: the opposite of a comparison is another where something is not a number.
+            let acts = self.fit_statement(acts, Room::DEFINITION);
+            let name = self.taken.claim("acts");
+            let name = Expression::Name(self.define(name, acts));
+            self.statements.push(Statement::Leave(Expression::Not(Box::new(name))));
         }
         if let Some(holds) = holds {
             let holds = self.fit_statement(holds, Room::STORE);

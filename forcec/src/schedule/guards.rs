@@ -1,8 +1,8 @@
 //! When a kernel computes nothing but zeros, and can leave early: contacts that do not touch, limits that are not reached.
 //!
 //! In: items. Out: comparisons that come before everything else, in order, and items that know that the kernel has not left.
-//! Where all of a guard's comparisons hold, every output is zero, whatever else holds. A comparison with what is not a
-//! number does not hold, so that the kernel goes on and says so in its outputs.
+//! A comparison with what is not a number does not hold. Where outputs are then chosen to be zero, the kernel leaves, as its
+//! source says; where zero is a factor beside what may be no number either, it goes on and says so in its outputs.
 
 use crate::ops::Function;
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
@@ -25,8 +25,12 @@ pub(super) struct Test {
     pub(super) pair: [Edge; 2],
 }
 
-/// If all of them hold, every output is zero.
-pub(super) type Guard = Vec<Test>;
+/// When every output is zero.
+pub(super) struct Guard {
+    pub(super) tests: Vec<Test>,
+    /// Whether that is where none of the tests holds, and not where all of them hold.
+    pub(super) unless: bool,
+}
 
 /// What is known of each item: a truth, or that a number is zero.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -49,9 +53,13 @@ pub(super) fn guards(items: &mut Items) -> Vec<Guard> {
         if all.iter().zip(needed).filter(|(all, needed)| **all && !needed).count() < WORTH {
             break;
         }
-        found.push(
-            skipping.iter().filter_map(|(item, holds)| test(&items.items[*item as usize], *holds)).collect(),
-        );
+        let chosen = facts(items, &[known.as_slice(), &skipping].concat(), true);
+        let chosen = items.outputs.iter().all(|(_, edge)| chosen[edge.item as usize] == Fact::Zero);
+        let unless = chosen && skipping.iter().all(|(_, holds)| !holds);
+        let tests =
+            skipping.iter().filter_map(|(item, holds)| test(&items.items[*item as usize], *holds || unless));
+        let tests = tests.collect();
+        found.push(Guard { tests, unless });
         match skipping.as_slice() {
             [(item, holds)] => known.push((*item, !holds)),
             _ => break,
@@ -75,7 +83,7 @@ fn skipping(items: &Items, known: &[(ItemId, bool)]) -> Option<Vec<(ItemId, bool
         return None;
     }
     let vanishes = |assumed: &[(ItemId, bool)]| {
-        let facts = facts(items, &[known, assumed].concat());
+        let facts = facts(items, &[known, assumed].concat(), false);
         items.outputs.iter().all(|(_, edge)| facts[edge.item as usize] == Fact::Zero)
     };
     let mut chosen: Vec<(ItemId, bool)> = comparisons.iter().map(|item| (*item, false)).collect();
@@ -103,27 +111,36 @@ fn test(item: &Item, holds: bool) -> Option<Test> {
     Some(if holds { Test { comparison, pair: [x, y] } } else { Test { comparison: opposite, pair: [y, x] } })
 }
 
-/// What follows from comparisons.
-fn facts(items: &Items, assumed: &[(ItemId, bool)]) -> Vec<Fact> {
+/// What follows from comparisons; what follows whatever is not a number, if asked for.
+fn facts(items: &Items, assumed: &[(ItemId, bool)], of_all: bool) -> Vec<Fact> {
     let mut facts = vec![Fact::Nothing; items.items.len()];
     for (index, item) in items.items.iter().enumerate() {
         let fact = |item: &ItemId| facts[*item as usize];
         let zero = |item: &ItemId| fact(item) == Fact::Zero;
         let when = |zero: bool| if zero { Fact::Zero } else { Fact::Nothing };
+        // Zero times what is not a number is none.
+        let harmless = |other: &ItemId| {
+            !of_all || zero(other) || matches!(items.items[*other as usize], Item::Number(_))
+        };
         let assumption = assumed.iter().find(|(item, _)| *item as usize == index);
         facts[index] = match item {
             _ if assumption.is_some() => assumption.map_or(Fact::Nothing, |(_, holds)| Fact::Truth(*holds)),
             Item::Number(value) => when(value.is_zero()),
             Item::Known(value) => Fact::Truth(*value),
             Item::Sum(edges) => when(edges.iter().all(|edge| zero(&edge.item))),
-            Item::Quotient(over, _) => when(over.iter().any(zero)),
-            Item::Fused(x, y, z) => when((zero(&x.item) || zero(y)) && zero(&z.item)),
+            Item::Quotient(over, under) => {
+                when(over.iter().any(zero) && over.iter().chain(under).all(harmless))
+            }
+            Item::Fused(x, y, z) => {
+                let both = harmless(&x.item) && harmless(y);
+                when((zero(&x.item) || zero(y)) && both && zero(&z.item))
+            }
             Item::Call(function, arguments) => {
                 let vanishes =
                     matches!(function, Function::Min | Function::Max | Function::Abs | Function::Sqrt);
                 let clipped = positive(items, item)
                     .is_some_and(|(comparison, _)| assumed.contains(&(comparison, false)));
-                when(clipped || vanishes && arguments.iter().all(|edge| zero(&edge.item)))
+                when(clipped && !of_all || vanishes && arguments.iter().all(|edge| zero(&edge.item)))
             }
             Item::Select(c, x, y) => match fact(c) {
                 Fact::Truth(true) => fact(&x.item),
@@ -174,7 +191,7 @@ fn positive(items: &Items, item: &Item) -> Option<(ItemId, Edge)> {
 
 /// Choices that are decided are what they choose.
 fn resolve(items: &mut Items, known: &[(ItemId, bool)]) {
-    let facts = facts(items, known);
+    let facts = facts(items, known, false);
     // Only what truths decide: that a number is zero is left to the guard.
     let truth = |item: ItemId| match facts[item as usize] {
         Fact::Truth(value) => Some(value),
@@ -225,7 +242,7 @@ fn resolve(items: &mut Items, known: &[(ItemId, bool)]) {
 
 /// Counts anew how often each item is read.
 fn count(items: &mut Items, guards: &[Guard]) {
-    let tests = guards.iter().flatten().flat_map(|test| test.pair).map(|edge| edge.item);
+    let tests = guards.iter().flat_map(|guard| &guard.tests).flat_map(|test| test.pair).map(|edge| edge.item);
     let read: Vec<ItemId> = items.outputs.iter().map(|(_, edge)| edge.item).chain(tests).collect();
     let all = reach(items, read.iter().copied());
     items.uses.fill(0);

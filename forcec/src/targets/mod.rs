@@ -180,7 +180,10 @@ fn parameter_summary(parameter: &Parameter) -> String {
             ParameterType::Vector(n) => format!("vector of {n}"),
             ParameterType::Matrix(n) => format!("{n} by {n} matrix, row by row"),
             ParameterType::Quaternion => "quaternion x, y, z, w".to_owned(),
-            ParameterType::Array(n, element) => format!("{n} times: {}", kind(element)),
+            ParameterType::Array(n, element) => match **element {
+                ParameterType::Array(..) => format!("{n} by {}", kind(element)),
+                _ => format!("{n} times: {}", kind(element)),
+            },
         }
     }
     let domain = match parameter.domain {
@@ -196,8 +199,11 @@ fn stored_as(triangle: bool) -> &'static str {
     if triangle { "symmetric: the upper triangle, row by row" } else { "in full" }
 }
 
-/// The text with its first letter in upper case and a full stop.
+/// The text with its first letter in upper case, unless that begins a formula such as dF/dX, and a full stop.
 fn sentence(text: &str) -> String {
+    if text.chars().nth(1).is_some_and(char::is_uppercase) {
+        return format!("{text}.");
+    }
     let mut letters = text.chars();
     let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
     format!("{first}{}.", letters.as_str())

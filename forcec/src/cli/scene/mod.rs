@@ -12,6 +12,7 @@ use crate::compile::{self, Compiled, Stages};
 use crate::definition::Definition;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::files::{self, Unit};
+use crate::identifiers::{Target, defined_for};
 use crate::layouts::Layout;
 use crate::options::{Choice, Request, one_of};
 use crate::outputs::Part;
@@ -62,7 +63,7 @@ pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut forces = forces(&scene.forces, folder, &source)?;
     let mut errors = Vec::new();
-    let mut asked: Vec<(usize, String, Request, Span)> = Vec::new();
+    let mut asked: Vec<(usize, String, Request)> = Vec::new();
     let mut again = 0;
     let progress = Progress::new(scene.entries.len());
     let mut failures: Vec<String> = Vec::new();
@@ -89,8 +90,23 @@ pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
         }
         for (number, (outputs, layout)) in needs.into_iter().enumerate() {
             let request = Request { outputs: outputs.to_vec(), layout, settled: true, ..stated.clone() };
+            let all = || scene.options.iter().chain(&entry.options).rev();
             if let Some((message, help)) = request.conflict() {
-                errors.push(Diagnostic::error(*at, message, "of this kernel").help(help));
+                let place = conflicting(&request, all()).or(entry.decided).unwrap_or(*at);
+                errors.push(Diagnostic::error(place, message, "stated here").help(help));
+                continue;
+            }
+            let wanted = all().find(|stated| matches!(stated.choice, Choice::Outputs(_)));
+            let wanted = wanted.map(|stated| stated.span).filter(|_| entry.integrator.needs.is_empty());
+            if let Some(place) = wanted.or(entry.decided)
+                && let Some(error) = compile::valueless(definition, request.parts())
+            {
+                let help = if entry.integrator.needs.is_empty() {
+                    "ask for `force`, `dfdx` and `dfdv`"
+                } else {
+                    "take another integrator for this kernel"
+                };
+                errors.push(Diagnostic::error(place, error.message, "this asks for them").help(help));
                 continue;
             }
             let mut kernel = match compile::compile_file(&force.file, &|own| own == name, request.clone()) {
@@ -102,17 +118,29 @@ pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
             };
             let Some(mut kernel) = kernel.pop() else { continue };
             if let Some(own) = &entry.name {
-                kernel.kernel.name = format!("{own}{}", layout.suffix(request.lanes));
+                kernel.kernel.name = format!("{}{}", own.0, layout.suffix(request.lanes));
             }
             let title = kernel.kernel.name.clone();
-            match asked.iter().find(|(_, other, ..)| *other == title) {
-                Some((other, _, earlier, _)) if *other == index && *earlier == request => again += 1,
-                Some(_) => errors.push(
-                    Diagnostic::error(*at, format!("two kernels are named `{title}`"), "the second of them")
-                        .help("give one of them a name, `name = \"…\"`"),
-                ),
+            let place = entry.name.as_ref().map_or(*at, |(_, place)| *place);
+            match asked.iter().find(|(_, other, _)| meet(other, &title)) {
+                Some((other, earlier_title, earlier))
+                    if *other == index && *earlier_title == title && *earlier == request =>
+                {
+                    again += 1;
+                }
+                Some((_, other, _)) => {
+                    let message = match *other == title {
+                        true => format!("two kernels are named `{title}`"),
+                        false => format!("the kernels of `{other}` and `{title}` meet"),
+                    };
+                    let help = match entry.name {
+                        Some(_) => "give one of them another name",
+                        None => "give one of them a name, `name = \"…\"`",
+                    };
+                    errors.push(Diagnostic::error(place, message, "the second of them").help(help));
+                }
                 None => {
-                    asked.push((index, title, request.clone(), *at));
+                    asked.push((index, title, request.clone()));
                     let cost = (number == 0).then(|| cost_of_full(&force.file, name, &request)).flatten();
                     force.full.push(Full { cost });
                     force.kernels.push(kernel);
@@ -142,11 +170,24 @@ pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
         let compiled = Compiled { source, docs, names, functions: force.kernels, warnings: Vec::new() };
         units.push(Unit { path: force.path, compiled });
     }
-    let duplicates = files::duplicates(&units);
-    if !duplicates.is_empty() {
-        return Err(Failure::Input(duplicates.join("\n\n")));
-    }
     Ok(Scene { out: folder.join(&scene.out), request, units, full, left_out, again })
+}
+
+/// Whether kernels of these names define a name of C both.
+fn meet(one: &str, other: &str) -> bool {
+    let defined = |name| defined_for(name).into_iter().filter(|(target, _)| *target == Target::C);
+    one == other || defined(one).any(|item| defined(other).any(|own| own == item))
+}
+
+/// Where what conflicts with a layout is stated: the last such statement of a kernel or its scene.
+fn conflicting<'s>(request: &Request, mut stated: impl Iterator<Item = &'s Stated>) -> Option<Span> {
+    let decides = request.layout.row().computes.is_some() && request.outputs != Part::DEFAULT;
+    let found = stated.find(|stated| match stated.choice {
+        Choice::Outputs(_) => decides,
+        Choice::Lanes(_) => !decides,
+        _ => false,
+    });
+    found.map(|stated| stated.span)
 }
 
 /// Reads and checks the force files; warnings are printed.

@@ -44,8 +44,10 @@ pub(super) struct Stated {
 /// One of the kernels of a scene.
 pub(super) struct Entry {
     pub(super) function: (String, Span),
-    pub(super) name: Option<String>,
+    pub(super) name: Option<(String, Span)>,
     pub(super) integrator: &'static Integrator,
+    /// Where the integrator is stated, of the kernel or of the scene.
+    pub(super) decided: Option<Span>,
     pub(super) options: Vec<Stated>,
 }
 
@@ -103,11 +105,19 @@ impl Reader {
         let forces = table.get("forces").map(|value| self.texts(value, "a path, or a list of them"));
         let out = table.get("out").and_then(|value| self.text(value, "a path"));
         let integrator = table.get("integrator").and_then(|value| self.integrator(value));
-        let Some(forces) = forces else {
+        let Some(forces) = forces.filter(|forces| !forces.is_empty()) else {
+            let (at, label) = match table.get("forces") {
+                None => (Span::default(), "no `forces` here"),
+                Some(list) if matches!(list.get_ref(), DeValue::Array(list) if list.is_empty()) => {
+                    (span(list.span()), "none is named here")
+                }
+                // That no element is a text has been said.
+                Some(_) => return None,
+            };
             self.wrong(
-                Span::default(),
+                at,
                 "a scene names its force files",
-                "no `forces` here",
+                label,
                 "write `forces = [\"joints.rs\"]`; paths count from the folder of the scene",
             );
             return None;
@@ -140,17 +150,19 @@ impl Reader {
         &mut self,
         table: &DeTable<'_>,
         at: Span,
-        integrator: Option<&'static Integrator>,
+        integrator: Option<(&'static Integrator, Span)>,
     ) -> Option<Entry> {
         const OWN: [&str; 3] = ["function", "name", "integrator"];
         const PRINTED: [&str; 2] = ["real", "target"];
         let options = self.options(table, &OWN, &PRINTED);
         let name = table.get("name").and_then(|value| self.name(value));
         let own = table.get("integrator").map(|value| self.integrator(value));
-        let integrator = match own {
-            Some(own) => own?,
-            None => integrator.unwrap_or(&INTEGRATORS[INTEGRATORS.len() - 1]),
+        let stated = match own {
+            Some(own) => Some(own?),
+            None => integrator,
         };
+        let decided = stated.map(|(_, at)| at);
+        let integrator = stated.map_or(&INTEGRATORS[INTEGRATORS.len() - 1], |(integrator, _)| integrator);
         if !integrator.needs.is_empty() {
             let decided = |choice: &Choice| matches!(choice, Choice::Outputs(_) | Choice::Layout(_));
             for stated in options.iter().filter(|stated| decided(&stated.choice)) {
@@ -176,11 +188,12 @@ impl Reader {
             function: self.text(function, "the name of a force function")?,
             name,
             integrator,
+            decided,
             options,
         })
     }
 
-    fn integrator(&mut self, value: &Value<'_>) -> Option<&'static Integrator> {
+    fn integrator(&mut self, value: &Value<'_>) -> Option<(&'static Integrator, Span)> {
         let (name, at) = self.text(value, "the name of an integrator")?;
         let found = INTEGRATORS.iter().find(|row| row.name == name);
         if found.is_none() {
@@ -189,11 +202,11 @@ impl Reader {
                 suggest::did_you_mean(&name, names).unwrap_or_else(|| format!("write {}", one_of(&names)));
             self.wrong(at, format!("unknown integrator `{name}`"), "no such integrator", help);
         }
-        found
+        found.map(|integrator| (integrator, at))
     }
 
     /// The name of a kernel.
-    fn name(&mut self, value: &Value<'_>) -> Option<String> {
+    fn name(&mut self, value: &Value<'_>) -> Option<(String, Span)> {
         let (name, at) = self.text(value, "a name")?;
         let letters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         let fits =
@@ -202,7 +215,7 @@ impl Reader {
             let help = "write ASCII letters, digits and `_`, a letter first; `forcec_` is ours";
             self.wrong(at, format!("`{name}` is no name of a kernel"), "C and Rust cannot write it", help);
         }
-        fits.then_some(name)
+        fits.then_some((name, at))
     }
 
     /// The options of the table among the keys of one; the others are its own, or wrong.
@@ -249,13 +262,25 @@ impl Reader {
                 }
                 words
             }
-            (Takes::One, DeValue::Integer(number)) => vec![(number.as_str().to_owned(), at)],
-            (Takes::One, DeValue::String(text)) => vec![(text.to_string(), at)],
+            (Takes::One, DeValue::Integer(number)) if row.is_number() => {
+                vec![(number.as_str().to_owned(), at)]
+            }
+            (Takes::One, DeValue::String(text)) if !row.is_number() => vec![(text.to_string(), at)],
+            (Takes::Some, DeValue::Array(list)) if list.is_empty() => {
+                let help = format!("write `{} = [\"{}\"]`, or leave it out", row.name, (row.values)()[0]);
+                self.wrong(at, format!("`{}` is empty", row.name), row.form(), help);
+                return None;
+            }
             (Takes::Some | Takes::Names, _) => self.texts(value, &row.form()),
             _ => {
                 let help = match row.takes {
                     Takes::Nothing => format!("write `{} = true`", row.name),
-                    Takes::One => format!("write `{} = \"{}\"`", row.name, (row.values)().join("\"` or `\"")),
+                    Takes::One => {
+                        let quote = if row.is_number() { "" } else { "\"" };
+                        let value = |value: &&str| format!("{} = {quote}{value}{quote}", row.name);
+                        let values: Vec<String> = (row.values)().iter().map(value).collect();
+                        format!("write {}", one_of(&values.iter().map(String::as_str).collect::<Vec<_>>()))
+                    }
                     _ => format!("write `{} = {{ damping = 0.0, arm_b = [0.0, 0.0, 0.5] }}`", row.name),
                 };
                 self.wrong(at, format!("`{}` is malformed", row.name), row.form(), help);
