@@ -528,6 +528,7 @@ fn layouts_and_preparation_go_together_or_say_why_not() {
     );
     assert!(place.files("never").is_empty());
     place.succeeds("check . --prepare --layout accumulate --outputs impulse,matrix");
+    place.succeeds("check . --outputs force,dfdx,dfdv,impulse,matrix,dfdx_product");
     place.succeeds("build . --out o --prepare --layout blocks --lanes 4");
     assert_has(&place.read("o/spring_blocks_x4.h"), &["double two_k[4];", "spring_blocks_x4_prepare_f64"]);
     assert_has(&place.read("o/drag_blocks_x4.c"), &["there is nothing to prepare"]);
