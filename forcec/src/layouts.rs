@@ -8,7 +8,7 @@
 use crate::exact::Exact;
 use crate::outputs::{Array, Axis, Output, Part, Piece};
 use crate::scalar::{Graph, Id, Program};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// How many instances a kernel may compute at once.
@@ -283,6 +283,7 @@ fn blocks(program: &Program, adds: bool) -> (Program, Packing) {
     let bodies = spans(program);
     let mut pieces = Pieces::new(program);
     let mut remarks = Vec::new();
+    let mut names = FxHashSet::default();
     for (result, array) in program.arrays.iter().enumerate() {
         let (part, height) = (array.part, array.entries.len() / array.columns.max(1));
         let along = |axis: Option<Axis>, length: usize| match axis {
@@ -294,12 +295,22 @@ fn blocks(program: &Program, adds: bool) -> (Program, Packing) {
         let mut missing: Vec<String> = Vec::new();
         for (row, rows) in along(Some(part.row().rows), height) {
             for (column, columns) in &columns {
-                let of = [row, *column].into_iter().flatten().cloned().collect();
-                let piece = Piece::Block { part, rows: rows.clone(), columns: columns.clone(), of };
+                let of: Vec<String> = [row, *column].into_iter().flatten().cloned().collect();
+                let mut name = [&[part.name().to_owned()], of.as_slice()].concat().join("_");
+                while !names.insert(name.clone()) {
+                    name.push('_');
+                }
+                let (rows, columns) = (rows.clone(), columns.clone());
+                let piece = Piece::Block {
+                    part,
+                    rows: rows.clone(),
+                    columns: columns.clone(),
+                    of,
+                    name: name.clone(),
+                };
                 let places = rows.clone().flat_map(|row| columns.clone().map(move |column| (row, column)));
                 let entries = places.map(|(row, column)| row * array.columns + column);
                 let entries: Vec<(usize, Id)> = entries.map(|at| (at, array.entries[at])).collect();
-                let name = piece.name();
                 if entries.iter().all(|(_, id)| zero(id)) && !empty {
                     missing.push(name);
                     continue;
