@@ -134,6 +134,15 @@ impl ParameterType {
         }
     }
 
+    /// What it holds, if it is an array.
+    pub fn innermost(&self) -> &ParameterType {
+        let mut innermost = self;
+        while let ParameterType::Array(_, element) = innermost {
+            innermost = element;
+        }
+        innermost
+    }
+
     /// How many reals it holds.
     pub fn length(&self) -> u64 {
         self.extents().iter().map(|&n| u64::from(n)).product()

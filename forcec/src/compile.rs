@@ -2,6 +2,7 @@
 //!
 //! text → AST → checked → vector graph → derivatives → optimised scalars → statements; `targets` turns these into text.
 
+use crate::bodies::Parameter;
 use crate::definition::{Definition, Law, Row};
 use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -10,7 +11,7 @@ use crate::kernel::{Kernel, Once, Preparation};
 use crate::optimize::{Optimized, optimize};
 pub use crate::options::Request;
 use crate::options::{Choice, one_of};
-use crate::outputs::{Axis, Part};
+use crate::outputs::{Axis, Extra, Part};
 use crate::plan::Mode;
 use crate::prepare::{self, Split};
 use crate::scalar::{Program, Step};
@@ -97,7 +98,8 @@ pub fn compile_file(
         .iter()
         .flat_map(|(own, request)| {
             let valueless = valueless(own, request.parts());
-            misfits(file, own, request, &definitions).into_iter().chain(valueless)
+            let step = extras(file, own, request).err();
+            misfits(file, own, request, &definitions).into_iter().chain(valueless).chain(step)
         })
         .collect();
     if !errors.is_empty() {
@@ -189,15 +191,43 @@ pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Dia
     })
 }
 
+/// What kernels take beside bodies and parameters, with the values that are known. Where a function has a parameter of the
+/// name of one, what is set is that parameter.
+fn extras(
+    file: &syntax::ast::File,
+    definition: &Definition,
+    request: &Request,
+) -> Result<Vec<Parameter>, Diagnostic> {
+    let signature = &definition.graph.signature;
+    let mut extras = Vec::new();
+    for kind in Part::extras(request.parts()) {
+        let mut extra = kind.parameter(signature);
+        if signature.parameters.iter().all(|parameter| parameter.name != extra.name) {
+            let given = request.known.give(&mut extra);
+            let positive = extra.value.iter().flatten().all(|h| !h.is_zero() && !h.is_negative());
+            let wrong = match given {
+                Err(wrong) => Some(wrong),
+                Ok(()) if kind == Extra::Step && !positive => Some((
+                    "the step is positive".to_owned(),
+                    "write the time a step takes, as in `step=0.01`".to_owned(),
+                )),
+                Ok(()) => None,
+            };
+            if let Some((message, help)) = wrong {
+                let stated = file.function(&definition.name).and_then(|function| function.sets(&extra.name));
+                let label = if stated.is_some() { "set here" } else { "the function it is set for" };
+                let place = stated.unwrap_or(definition.span);
+                return Err(Diagnostic::error(place, message, label).help(help));
+            }
+        }
+        extras.push(extra);
+    }
+    Ok(extras)
+}
+
 fn stages(file: &syntax::ast::File, mut definition: Definition, request: Request) -> Stages {
     let started = Instant::now();
-    let signature = &mut definition.graph.signature;
-    for extra in Part::extras(request.parts()) {
-        let mut extra = extra.parameter(signature);
-        // What does not fit is no error: a parameter of that name is meant.
-        let _ = request.known.give(&mut extra);
-        signature.extras.push(extra);
-    }
+    definition.graph.signature.extras = extras(file, &definition, &request).unwrap_or_default();
     let plan = request.plan;
     let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
     let style = Style {

@@ -88,7 +88,7 @@ fn is_no_field(name: &str, target: Target) -> bool {
 /// Whether a body or a temporary may not be called so, in any target: it would hide a function, or a type.
 pub(crate) fn is_no_local(name: &str) -> bool {
     static WORDS: LazyLock<FxHashSet<String>> = LazyLock::new(|| {
-        let words = [C_WORDS, RUST_WORDS, LOCAL_WORDS, "out params prepared shared"].into_iter();
+        let words = [C_WORDS, RUST_WORDS, LOCAL_WORDS, "out params prepared shared lane"].into_iter();
         let words = words.flat_map(str::split_ascii_whitespace).map(str::to_owned);
         let functions = LOCAL_WORDS.split_ascii_whitespace();
         let precise = functions.flat_map(|name| [format!("{name}f"), format!("{name}l")]);
@@ -125,16 +125,20 @@ pub(crate) fn spelled(name: &str, target: Target) -> String {
 
 /// What these names are called where they stand side by side, each given as its author wrote it and as it is spelled.
 fn distinct(names: &[(&str, String)], reserved: impl Fn(&str) -> bool) -> Vec<String> {
-    let stays = |(name, spelled): &(&str, String)| name == spelled && !reserved(name);
-    let mut taken: FxHashSet<String> =
-        names.iter().filter(|name| stays(name)).map(|(_, spelled)| spelled.clone()).collect();
+    // Of two that are called the same the first stays.
+    let mut taken: FxHashSet<String> = FxHashSet::default();
+    let mut stay = |(name, spelled): &(&str, String)| {
+        name == spelled && !reserved(name) && taken.insert(spelled.clone())
+    };
+    let stays: Vec<bool> = names.iter().map(&mut stay).collect();
     let mut free = |spelled: &str| {
         let stem = spelled.trim_end_matches('_');
         let numbers = (2..).map(|number| format!("{stem}_{number}"));
         let mut candidates = [spelled.to_owned(), format!("{stem}_")].into_iter().chain(numbers);
         candidates.find(|name| !reserved(name) && taken.insert(name.clone())).expect("numbers do not end")
     };
-    names.iter().map(|name| if stays(name) { name.1.clone() } else { free(&name.1) }).collect()
+    let names = names.iter().zip(stays);
+    names.map(|((_, spelled), stays)| if stays { spelled.clone() } else { free(spelled) }).collect()
 }
 
 /// What a kernel's arguments are called in a target.
@@ -161,8 +165,9 @@ impl Arguments {
         let parameters = signature.parameters.iter().map(|parameter| parameter.name.as_str());
         let parameters = parameters.map(|name| (name, spelled(name, target)));
         let extras = signature.extras.iter().map(|extra| (extra.name.as_str(), extra.name.clone()));
-        let mut locals = distinct(&bodies.chain(extras).collect::<Vec<_>>(), is_no_local);
-        let extras = locals.split_off(signature.bodies.len());
+        // Before the bodies, so that they stay what callers know them by.
+        let mut extras = distinct(&extras.chain(bodies).collect::<Vec<_>>(), is_no_local);
+        let locals = extras.split_off(signature.extras.len());
         let fields = |names: &[(&str, String)]| distinct(names, |name| is_no_field(name, target));
         let pieces: Vec<String> = signature.pieces.iter().map(Piece::name).collect();
         let pieces: Vec<_> = pieces.iter().map(|name| (name.as_str(), spelled(name, target))).collect();
@@ -244,6 +249,7 @@ mod tests {
         let names = ["sin", "sin_", "sqrtf", "f_out_f64", "foo", "wheel", "K", "_wheel"];
         let expected = ["sin_2", "sin_", "sqrtf_", "f_out_f64_", "foo_", "wheel", "K", "wheel_"];
         assert_eq!(bodies(&names, Target::C), expected);
+        assert_eq!(bodies(&["a", "a", "lane"], Target::Rust), ["a", "a_", "lane_"]);
     }
 
     #[test]

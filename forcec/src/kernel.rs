@@ -138,6 +138,14 @@ pub struct File {
     pub precisions: Vec<Precision>,
 }
 
+/// How many operations there are.
+fn operations(count: &Operations) -> String {
+    match count.total() {
+        1 => "1 operation".to_owned(),
+        total => format!("{total} operations"),
+    }
+}
+
 /// Operations, kind by kind.
 fn counted(count: &Operations) -> String {
     let Operations { add, mul, div, sqrt, call, neg } = count;
@@ -167,21 +175,21 @@ impl Kernel {
             }
         };
         match &self.preparation {
-            Preparation::Unasked => lines.push(format!("{} operations: {}.", count.total(), counted(&count))),
+            Preparation::Unasked => lines.push(format!("{}: {}.", operations(&count), counted(&count))),
             Preparation::Nothing => {
-                lines.push(format!("{} operations: {}.", count.total(), counted(&count)));
+                lines.push(format!("{}: {}.", operations(&count), counted(&count)));
                 lines.push(
                     "None of them depends on parameters alone: there is nothing to prepare.".to_owned(),
                 );
             }
             Preparation::Once(once) => {
                 let (first, values) = (once.schedule.operations(), once.values());
-                lines.push(format!("{} operations every call: {}.", count.total(), counted(&count)));
-                lines.push(format!("{} operations once: {}.", first.total(), counted(&first)));
+                lines.push(format!("{} every call: {}.", operations(&count), counted(&count)));
+                lines.push(format!("{} once: {}.", operations(&first), counted(&first)));
                 let prepared = if values == 1 { "is 1 value" } else { &format!("are {values} values") };
                 lines.push(format!(
-                    "Prepared {prepared}; without, every call takes {} operations.",
-                    once.whole.total()
+                    "Prepared {prepared}; without, every call takes {}.",
+                    operations(&once.whole)
                 ));
             }
         }

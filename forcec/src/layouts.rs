@@ -8,7 +8,8 @@
 use crate::exact::Exact;
 use crate::outputs::{Array, Axis, Output, Part, Piece};
 use crate::scalar::{Graph, Id, Program};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// How many instances a kernel may compute at once.
@@ -283,6 +284,7 @@ fn blocks(program: &Program, adds: bool, symmetric: &[Part]) -> (Program, Packin
     let bodies = spans(program);
     let mut pieces = Pieces::new(program);
     let mut remarks = Vec::new();
+    let mut names = FxHashSet::default();
     for (result, array) in program.arrays.iter().enumerate() {
         let (part, height) = (array.part, array.entries.len() / array.columns.max(1));
         let along = |axis: Option<Axis>, length: usize| match axis {
@@ -291,22 +293,27 @@ fn blocks(program: &Program, adds: bool, symmetric: &[Part]) -> (Program, Packin
         };
         let columns = along(part.row().columns, array.columns);
         let mut found: Vec<(String, Matrix)> = Vec::new();
-        // By the law of the force, whatever values show.
-        let mut mirrored: Vec<(String, String)> = Vec::new();
+        let mut called: BTreeMap<(usize, usize), String> = BTreeMap::new();
         let mut missing: Vec<String> = Vec::new();
         for (row, rows) in along(Some(part.row().rows), height) {
             for (column, columns) in &columns {
-                let of = [row, *column].into_iter().flatten().cloned().collect();
-                let piece = Piece::Block { part, rows: rows.clone(), columns: columns.clone(), of };
+                let of: Vec<String> = [row, *column].into_iter().flatten().cloned().collect();
+                let mut name = [&[part.name().to_owned()], of.as_slice()].concat().join("_");
+                while !names.insert(name.clone()) {
+                    name.push('_');
+                }
+                let (rows, columns) = (rows.clone(), columns.clone());
+                let piece = Piece::Block {
+                    part,
+                    rows: rows.clone(),
+                    columns: columns.clone(),
+                    of,
+                    name: name.clone(),
+                };
                 let places = rows.clone().flat_map(|row| columns.clone().map(move |column| (row, column)));
                 let entries = places.map(|(row, column)| row * array.columns + column);
                 let entries: Vec<(usize, Id)> = entries.map(|at| (at, array.entries[at])).collect();
-                let name = piece.name();
-                if symmetric.contains(&part) {
-                    let of = [*column, row].into_iter().flatten().cloned().collect();
-                    let across = Piece::Block { part, rows: columns.clone(), columns: rows.clone(), of };
-                    mirrored.push((name.clone(), across.name()));
-                }
+                called.insert((rows.start, columns.start), name.clone());
                 if entries.iter().all(|(_, id)| zero(id)) && !empty {
                     missing.push(name);
                     continue;
@@ -319,7 +326,12 @@ fn blocks(program: &Program, adds: bool, symmetric: &[Part]) -> (Program, Packin
                 pieces.store(part, columns.len(), result, entries);
             }
         }
-        remarks.extend(relations(&program.graph, &found, &mirrored));
+        // By the law of the force, whatever values show.
+        let mirrored = called
+            .iter()
+            .filter(|_| symmetric.contains(&part))
+            .filter_map(|((row, column), name)| Some((name.clone(), called.get(&(*column, *row))?.clone())));
+        remarks.extend(relations(&program.graph, &found, &mirrored.collect::<Vec<_>>()));
         remarks.extend(listed("all zero and not stored: ", &missing));
     }
     if adds {

@@ -92,6 +92,12 @@ impl Request {
 
     /// Why this cannot be had, and what to write.
     pub fn conflict(&self) -> Option<(String, &'static str)> {
+        let set = &self.known.set;
+        let twice =
+            |(index, (name, _)): &(usize, &(String, _))| set[..*index].iter().any(|(own, _)| own == name);
+        if let Some((_, (name, _))) = set.iter().enumerate().find(twice) {
+            return Some((format!("`{name}` is set twice"), "leave one of the values out"));
+        }
         let row = self.layout.row();
         if row.computes.is_some() && self.outputs != Part::DEFAULT {
             let message = format!("the layout `{}` says itself what is computed", row.name);
@@ -265,11 +271,7 @@ pub static OPTIONS: [OptionRow; 11] = [
         takes: Takes::Numbers,
         noun: "value of a parameter",
         values: Vec::new,
-        read: |words| {
-            let set =
-                words.iter().map(|word| Specialization::parse_value(word).ok()).collect::<Option<_>>()?;
-            Some(Choice::Known(Specialization { fixed: Vec::new(), set }))
-        },
+        read: |words| Specialization::parse_values(words).ok().map(Choice::Known),
         example: "set(damping = 0.0, arm_b = [0.0, 0.0, 0.5])",
         summary: "A parameter whose value is known, as in `damping=0` or `arm_b=[0,0,0.5]`",
     },
@@ -347,12 +349,14 @@ impl OptionRow {
         if let Some(choice) = (self.read)(words) {
             return Ok(choice);
         }
-        let index = words.iter().position(|word| (self.read)(&[word]).is_none()).unwrap_or(0);
+        // Several may be right one by one.
+        let index = (0..words.len()).find(|last| (self.read)(&words[..=*last]).is_none()).unwrap_or(0);
         let (word, noun) = (words[index], self.noun);
-        if self.takes == Takes::Numbers {
+        if let Some(message) =
+            Specialization::parse_values(words).err().filter(|_| self.takes == Takes::Numbers)
+        {
             let help = format!("write `{}`", self.example);
-            let message = format!("`{word}` is not NAME=NUMBER or NAME=[NUMBER, …]");
-            return Err(Wrong { index, message, label: "no name with numbers".to_owned(), help });
+            return Err(Wrong { index, message, label: "no value of a parameter".to_owned(), help });
         }
         let values = (self.values)();
         let help = suggest::did_you_mean(word, values.iter().copied())
@@ -400,6 +404,15 @@ mod tests {
         assert_eq!(wrong.help, "did you mean `force`?");
         let wrong = OptionRow::named("lanes").unwrap().read(&["5000"]).unwrap_err();
         assert_eq!(wrong.help, "write `1`, `4` or `8`");
+    }
+
+    #[test]
+    fn a_parameter_is_set_once() {
+        let wrong = OptionRow::named("set").unwrap().read(&["k=1", "d=2", "k=3"]).unwrap_err();
+        assert_eq!((wrong.index, wrong.message.as_str()), (2, "`k` is set twice"));
+        let mut request = Request::default();
+        request.known.set = vec![("k".to_owned(), vec![]), ("k".to_owned(), vec![])];
+        assert_eq!(request.conflict().unwrap().0, "`k` is set twice");
     }
 
     #[test]

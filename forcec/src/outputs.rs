@@ -216,6 +216,8 @@ pub enum Piece {
         columns: Range<usize>,
         /// What the rows and columns belong to: the names of bodies.
         of: Vec<String>,
+        /// What it is called: no other piece is, whatever the bodies are called.
+        name: String,
     },
     /// The upper triangle of a symmetric matrix, row by row.
     Triangle(Part),
@@ -228,7 +230,7 @@ impl Piece {
     pub fn name(&self) -> String {
         match self {
             Piece::Entries(_) => "entries".to_owned(),
-            Piece::Block { part, of, .. } => [&[part.name().to_owned()], of.as_slice()].concat().join("_"),
+            Piece::Block { name, .. } => name.clone(),
             Piece::Triangle(part) => part.name().to_owned(),
             Piece::Values(_) => "prepared".to_owned(),
         }

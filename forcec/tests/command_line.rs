@@ -576,6 +576,7 @@ fn layouts_and_preparation_go_together_or_say_why_not() {
     );
     assert!(place.files("never").is_empty());
     place.succeeds("check . --prepare --layout accumulate --outputs impulse,matrix");
+    place.succeeds("check . --outputs force,dfdx,dfdv,impulse,matrix,dfdx_product");
     place.succeeds("build . --out o --prepare --layout blocks --lanes 4");
     assert_has(&place.read("o/spring_blocks_x4.h"), &["double two_k[4];", "spring_blocks_x4_prepare_f64"]);
     assert_has(&place.read("o/drag_blocks_x4.c"), &["there is nothing to prepare"]);
@@ -607,10 +608,21 @@ fn what_is_known_is_no_argument() {
     let refused = |known: &str| place.refused(&format!("build tie.rs --out never {known}"));
     assert_has(&refused("--fixed o"), &["error: no force function has a body `o`"]);
     assert_has(&refused("--set dampng=1"), &["no force function has a parameter `dampng`", "`damping`"]);
-    assert_has(&refused("--set damping=[1,2]"), &["`damping` has 1 entries, and 2 are set", "tie.rs:2:8"]);
+    assert_has(&refused("--set damping=[1,2]"), &["`damping` has 1 entry, and 2 are set", "tie.rs:2:8"]);
+    assert_has(&refused("--set damping=0 --set damping=1"), &["`damping` is set twice"]);
+    assert_has(&refused("--set damping=1e-400"), &["`1e-400` is below the least `f64`"]);
+    assert_has(&refused("--layout system --set step=0"), &["the step is positive", "tie.rs:2:8"]);
+    assert_has(&refused("--layout system --set step=-1"), &["the step is positive", "`step=0.01`"]);
     assert_has(&refused("--fixed p --fixed q"), &["no body of `tie` moves", "tie.rs:2:8"]);
-    for wrong in ["damping", "damping=", "damping=nan", "damping=fast", "=1"] {
+    for wrong in ["damping", "damping=", "damping=[[1],[2,3]]", "damping=fast", "=1"] {
         assert_has(&refused(&format!("--set {wrong}")), &["is not NAME=NUMBER or NAME=[NUMBER, …]"]);
     }
     assert!(place.files("never").is_empty());
+    // A parameter called as what a layout brings is what is set; what its domain does not have is warned of.
+    let march = "#[energy]\n#[domain(step = 0.5..2.0)]\npub fn march(p: Particle, step: Real) -> Real {\n    step * p.position.norm_squared()\n}\n";
+    place.write("march.rs", march);
+    let built = place.succeeds("build march.rs --out m --layout system --set step=-3");
+    assert_has(&built.err, &["`step` is set to a value outside of its domain", "march.rs:2:10", "is -3"]);
+    assert_has(&place.read("m/march_system.h"), &["double step,"]);
+    assert_has(&place.read("m/march_system.c"), &["step = -3"]);
 }

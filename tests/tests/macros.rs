@@ -163,7 +163,7 @@ fn wrong_options_are_named() {
         ("outputs(force), layout = system", 1, "the layout `system` says itself what is computed"),
         ("fixed(c)", 7, "no body `c`"),
         ("set(damping = 0.0, lenght = 1.0)", 20, "no parameter `lenght`"),
-        ("set(length = [1.0, 2.0])", 5, "`length` has 1 entries, and 2 are set"),
+        ("set(length = [1.0, 2.0])", 5, "`length` has 1 entry, and 2 are set"),
         ("set(length = x)", 5, "the option `set` is malformed"),
         ("lanes(4)", 1, "the option `lanes` is malformed"),
         ("lanes", 1, "the option `lanes` is malformed"),

@@ -1,8 +1,11 @@
 //! Names that languages, headers or the kernels themselves keep, in every position: what is printed compiles without a
 //! warning in every dialect it may meet.
 
+use forcec::compile::Request;
 use forcec::kernel::{File, Precision, Target};
-use forcec::targets;
+use forcec::layouts::{LAYOUTS, Layout};
+use forcec::span::Source;
+use forcec::{compile, targets};
 use forcec_tests::{ForceFile, compiled, folder, lint, run};
 use std::fmt::Write;
 use std::path::Path;
@@ -16,7 +19,7 @@ const WORDS: &str = "double int_ float char auto register restrict signed typede
     sin sqrt fabs fmax hypot exp pow cosf sqrtl y0 gamma abs index signgam min max near isnan assert \
     gen union raw Match Type Self_ super_ crate_ r_type std core alloc f64 f32 evaluate main \
     foo baz row j s m out params position force dfdx dfdv x y fill from_bits cos_sqrt_1 angle_ratio_0 \
-    RigidF32 ParticleF32 Output PartialEq __x _Y _x2 a__b _1 X1Y restLength Kn E Jac Greek_phi \
+    lane step direction prepared shared RigidF32 ParticleF32 Output PartialEq __x _Y _x2 a__b _1 X1Y restLength Kn E Jac Greek_phi \
     x_f64 yy_f32 z_params_f64 w_out_f32 a_name_that_is_really_rather_long_as_names_in_kernels_go";
 
 /// Names that come close to each other, together in one kernel.
@@ -97,6 +100,32 @@ fn c_and_cpp_take_every_name() {
         ("g++", ["-std=gnu++20", "-xc++"], &headers[2..]),
     ] {
         run(&folder, compiler, &[&standard[..], &strict, headers, &["names.c"]].concat());
+    }
+}
+
+/// Bodies whose names together read as those of others do, and bodies called as what layouts bring beside them.
+#[test]
+fn layouts_take_every_name() {
+    let folder = folder(env!("CARGO_TARGET_TMPDIR"), "names_layouts");
+    let text = "#[energy]\npub fn pairs(a: Particle, a_a: Particle, k: Real) -> Real {\n    \
+        k.sin() * (a.position.norm_squared() * a.position.x + a.position.dot(&a_a.position))\n}\n\n\
+        #[force]\npub fn named(step: Particle, direction: Particle, lane: Particle, prepared: Particle, k: Real) \
+        -> (Vec3, Vec3, Vec3, Vec3) {\n    let l = k.sin() * (step.position - direction.velocity);\n    \
+        (l, l.cross(&lane.position), direction.position, prepared.velocity * prepared.position.x)\n}\n";
+    let source = Source::new("pairs.rs", text);
+    let wanted = LAYOUTS.iter().flat_map(|row| [(row.layout, 1, false), (row.layout, 4, true)]);
+    for (layout, lanes, prepare) in wanted.filter(|way| *way != (Layout::Accumulate, 4, true)) {
+        let request = Request { layout, lanes, prepare, ..Request::default() };
+        let compiled = compile::compile(&source, &|_| true, request).expect("it compiles");
+        let stem = format!("pairs_{layout:?}_{lanes}").to_lowercase();
+        let file = ForceFile { compiled, stem }.printable(&[Precision::F64]);
+        for generated in Target::ALL.into_iter().flat_map(|target| targets::emit(&file, target)) {
+            std::fs::write(folder.join(generated.name), generated.text).unwrap();
+        }
+        let name = file.name();
+        let strict = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"];
+        run(&folder, "cc", &[&strict[..], &[&format!("{name}.c")]].concat());
+        lint(&folder, &name);
     }
 }
 

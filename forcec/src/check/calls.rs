@@ -20,7 +20,15 @@ impl<'a> Elaborator<'a> {
         }
         let Some(index) = self.program.function(path.last()) else { return Value::Poison };
         let function = &self.program.functions[index];
-        let types = self.program.signatures[index].arguments.clone();
+        // The types of functions have lengths that are made of constants, so that constants come first.
+        let Some(types) = self.program.signatures.get(index).map(|own| own.arguments.clone()) else {
+            return self.error_help(
+                span,
+                format!("`{}` is called in a constant", function.name.text),
+                "constants are evaluated before functions",
+                Some("make constants of literals, `PI` and other constants".to_owned()),
+            );
+        };
         if types.len() != values.len() {
             let names: Vec<&str> = function.arguments.iter().map(|a| a.name.text.as_str()).collect();
             let form = format!("{}({})", function.name.text, names.join(", "));

@@ -61,6 +61,7 @@ pub(crate) fn define(
     if simplifies {
         singular = risks::singular(&graph, &ranges::analyse(&graph), &elaborator.risks);
         diagnostics.extend(singular.iter().map(|place| place.warning.clone()));
+        diagnostics.extend(function.domains.iter().filter_map(|clause| outside(clause, &signature)));
     }
     let law = law(function, &value);
     graph.signature.rows = law.rows();
@@ -90,12 +91,12 @@ fn parameter(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Parameter {
     let mut parameter = Parameter { name, ty, domain: Domain::Any, value: None };
-    if let Err(message) = known.give(&mut parameter) {
+    if let Err((message, help)) = known.give(&mut parameter) {
         let (place, label) = match function.sets(&parameter.name) {
             Some(place) => (place, "set here"),
             None => (function.name.span, "the function it is set for"),
         };
-        diagnostics.push(Diagnostic::error(place, message, label));
+        diagnostics.push(Diagnostic::error(place, message, label).help(help));
     }
     parameter
 }
@@ -224,11 +225,7 @@ fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, si
     };
     match clause.stated {
         StatedDomain::Unit => {
-            let mut innermost = &parameter.ty;
-            while let ParameterType::Array(_, element) = innermost {
-                innermost = element;
-            }
-            if matches!(innermost, ParameterType::Vector(_) | ParameterType::Quaternion) {
+            if matches!(parameter.ty.innermost(), ParameterType::Vector(_) | ParameterType::Quaternion) {
                 parameter.domain = Domain::Unit;
             } else {
                 e.error_help(
@@ -260,6 +257,23 @@ fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, si
             }
         }
     }
+}
+
+/// A warning where a parameter is set to what its domain does not have.
+fn outside(clause: &DomainClause, signature: &Signature) -> Option<Diagnostic> {
+    let parameter = signature.parameters.iter().find(|parameter| parameter.name == clause.name.text)?;
+    let value: Vec<f64> = parameter.value.as_ref()?.iter().map(Exact::to_f64).collect();
+    let (found, is) = match (parameter.domain, parameter.ty.innermost()) {
+        (Domain::Range(low, high), _) => (value.into_iter().find(|x| !(low..=high).contains(x))?, "is"),
+        (Domain::Unit, ParameterType::Vector(n)) => {
+            let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            (value.chunks(*n as usize).map(norm).find(|norm| (norm - 1.0).abs() > 1e-6)?, "has the norm")
+        }
+        _ => return None,
+    };
+    let message = format!("`{}` is set to a value outside of its domain", parameter.name);
+    let warning = Diagnostic::warning(clause.span, message, format!("what is set {is} {found}"));
+    Some(warning.help("set another value, or state a wider domain"))
 }
 
 /// The number that one end of a range is.

@@ -31,6 +31,8 @@ pub struct Derived {
     pub lie: Lie,
     /// The generalised force on each block of the pose.
     pub forces: Vec<(Block, Combination<Vector>)>,
+    /// The same times the step, where a step is wanted; these are the forces if nothing else is made of them.
+    pub impulses: Vec<(Block, Combination<Vector>)>,
     /// For each block of the pose what moves with it.
     pub pose: Vec<(Block, Combination<Variable>)>,
     /// For each block of the velocity what moves with it.
@@ -51,8 +53,9 @@ pub struct Derived {
     pub wanted: Vec<Part>,
 }
 
-/// Derives forces from a definition, and what else is wanted; their derivatives are written in this formulation. Where a
-/// step is wanted, the forces are impulses: F with the step h in its gains, in E or in what the author returned.
+/// Derives forces from a definition, and what else is wanted; their derivatives are written in this formulation. Where all
+/// that is wanted of them has a step, the forces are impulses: F with the step h in its gains, in E or in what the author
+/// returned.
 pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation) -> Derived {
     let mut graph = definition.graph.clone();
     let stated = graph.len();
@@ -65,7 +68,9 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
     let mut direct = BTreeMap::new();
     let mut symmetric = false;
     let steps = wanted.iter().any(|part| part.row().extra == Some(Extra::Step));
-    let step = if steps { bodies.extra_slot("step", 0).map(|slot| graph.entry(slot)) } else { None };
+    let time = if steps { bodies.extra_slot("step", 0).map(|slot| graph.entry(slot)) } else { None };
+    let forces = |part: &Part| part.row().rows == Axis::Coordinate && part.row().extra != Some(Extra::Step);
+    let step = time.filter(|_| !wanted.iter().any(forces));
     match &definition.law {
         Law::Constraint { rows: constraint, unilateral, per_row } => {
             let gains = Gains { first: bodies.parameters.len() - 2, per_row: *per_row, step };
@@ -161,10 +166,24 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         let blocks = bodies.pose_blocks().into_iter();
         blocks.map(|block| (block, vec![(Exact::ONE, direct[&block])])).collect()
     };
-    let steps = lie.step_with(step, &pose, &velocity);
-    let along = along(&mut lie, wanted, &forces, step);
+    let impulses = match time.filter(|_| step.is_none()) {
+        None => forces.clone(),
+        Some(h) => {
+            let mut scaled = |(c, v): &(Exact, Vector)| {
+                let impulse = lie.graph.scale(h, *v);
+                if let Some(variable) = pieces.get(v).copied() {
+                    pieces.insert(impulse, variable);
+                }
+                (c.clone(), impulse)
+            };
+            let forces = forces.iter();
+            forces.map(|(block, sum)| (*block, sum.iter().map(&mut scaled).collect())).collect()
+        }
+    };
+    let steps = lie.step_with(time, &pose, &velocity);
+    let along = along(&mut lie, wanted, &forces, &impulses, time);
     let wanted = wanted.to_vec();
-    Derived { lie, forces, pose, velocity, steps, along, symmetric, pieces, rows, wanted, stated }
+    Derived { lie, forces, impulses, pose, velocity, steps, along, symmetric, pieces, rows, wanted, stated }
 }
 
 /// The derivatives of the forces along one direction that are wanted, without the matrix.
@@ -172,6 +191,7 @@ fn along(
     lie: &mut Lie,
     wanted: &[Part],
     forces: &[(Block, Combination<Vector>)],
+    impulses: &[(Block, Combination<Vector>)],
     step: Option<Real>,
 ) -> BTreeMap<Part, Vec<(Block, Combination<Vector>)>> {
     let mut found = BTreeMap::new();
@@ -183,10 +203,11 @@ fn along(
             (Part::DfdvProduct, Some(direction)) => Motion::Velocity(direction),
             _ => continue,
         };
+        let sums = if part == Part::Impulse { impulses } else { forces };
         let mut rates = Rates::along(&mut lie.graph, motion);
         let mut rate = |(c, v): &(Exact, Vector)| (c.clone(), *v, rates.vector(*v));
         let pairs: Vec<Vec<(Exact, Vector, Vector)>> =
-            forces.iter().map(|(_, pieces)| pieces.iter().map(&mut rate).collect()).collect();
+            sums.iter().map(|(_, pieces)| pieces.iter().map(&mut rate).collect()).collect();
         let mut value = |(c, force, rate): (Exact, Vector, Vector)| match (part, step) {
             (Part::Impulse, Some(h)) => {
                 let change = lie.graph.scale(h, rate);
@@ -194,7 +215,7 @@ fn along(
             }
             _ => (c, rate),
         };
-        let blocks = forces.iter().map(|(block, _)| *block).zip(pairs);
+        let blocks = sums.iter().map(|(block, _)| *block).zip(pairs);
         let blocks = blocks.map(|(block, pieces)| (block, pieces.into_iter().map(&mut value).collect()));
         found.insert(part, blocks.collect());
     }

@@ -46,7 +46,7 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
             Part::Force => lowering.forces(&derived.forces),
             Part::Dfdx => lowering.blocks(&derived.forces, &derived.pose, mirrored),
             Part::Dfdv => lowering.blocks(&derived.forces, &derived.velocity, None),
-            Part::Matrix => lowering.blocks(&derived.forces, &derived.steps, stepped.as_ref()),
+            Part::Matrix => lowering.blocks(&derived.impulses, &derived.steps, stepped.as_ref()),
             Part::Impulse | Part::DfdxProduct | Part::DfdvProduct => lowering.forces(&derived.along[&part]),
             Part::List(_) | Part::Block(_) => unreachable!("entries are packed after optimising"),
         };

@@ -109,7 +109,7 @@ impl Reader<'_> {
             self.error_help(
                 span,
                 "a function is one kind of force",
-                format!("it is a {before} already"),
+                format!("it is {} {before} already", if before == FunctionKind::Energy { "an" } else { "a" }),
                 "keep one of the attributes",
             );
             return;

@@ -185,9 +185,9 @@ impl Reader<'_> {
 fn text(word: &Word, takes: Takes) -> Option<String> {
     match (&word.name, &word.value) {
         (Some(name), value) if takes == Takes::Numbers => {
-            let mut list = Vec::new();
-            numbers(value, "", &mut list)?;
-            Some(format!("{name}=[{}]", list.join(",")))
+            let mut text = format!("{name}=");
+            numbers(value, "", &mut text)?;
+            Some(text)
         }
         (Some(_), _) => None,
         (None, _) if takes == Takes::Numbers => None,
@@ -201,19 +201,26 @@ fn text(word: &Word, takes: Takes) -> Option<String> {
     }
 }
 
-/// The numbers of a number, or of an array of arrays of them.
-fn numbers(value: &Expr, sign: &str, list: &mut Vec<String>) -> Option<()> {
+/// Writes a number, or an array of arrays of them.
+fn numbers(value: &Expr, sign: &str, text: &mut String) -> Option<()> {
     match value {
-        Expr::Lit(literal) => list.push(match &literal.lit {
-            Lit::Float(number) => format!("{sign}{}", number.base10_digits()),
-            Lit::Int(number) => format!("{sign}{}", number.base10_digits()),
-            _ => return None,
-        }),
+        Expr::Lit(literal) => {
+            let digits = match &literal.lit {
+                Lit::Float(number) => number.base10_digits(),
+                Lit::Int(number) => number.base10_digits(),
+                _ => return None,
+            };
+            text.push_str(&format!("{sign}{digits}"));
+        }
         Expr::Unary(syn::ExprUnary { op: syn::UnOp::Neg(_), expr, .. }) if sign.is_empty() => {
-            numbers(expr, "-", list)?;
+            numbers(expr, "-", text)?;
         }
         Expr::Array(array) if sign.is_empty() => {
-            array.elems.iter().try_for_each(|element| numbers(element, "", list))?;
+            for (index, element) in array.elems.iter().enumerate() {
+                text.push(if index == 0 { '[' } else { ',' });
+                numbers(element, "", text)?;
+            }
+            text.push(']');
         }
         _ => return None,
     }

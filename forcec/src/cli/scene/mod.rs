@@ -283,8 +283,9 @@ fn misfits(definition: &Definition, stated: &Stated, entry: &Entry) -> Vec<Diagn
         }
         let parameter = definition.graph.signature.parameters.iter().find(|own| own.name == *name);
         let fits = parameter.map(|parameter: &Parameter| known.give(&mut parameter.clone()));
-        if let Some(Err(message)) = fits {
-            errors.push(Diagnostic::error(*place, message, format!("set here for `{}`", definition.name)));
+        if let Some(Err((message, help))) = fits {
+            let label = format!("set here for `{}`", definition.name);
+            errors.push(Diagnostic::error(*place, message, label).help(help));
         }
     }
     let moves = |name: &String| !known.fixed.contains(name);

@@ -1,0 +1,5 @@
+#[energy]
+#[force]
+pub fn floor(a: Particle) -> Real {
+    a.position.z
+}
