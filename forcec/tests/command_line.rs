@@ -417,7 +417,7 @@ fn formulas_are_true() {
     place.succeeds("build f.rs --out k");
     assert_has(&place.read("k/f.c"), &["arm = a.orientation * arms[1]", "C = 1e-6 table[0][1] + arm · axis"]);
     assert_has(&place.read("k/f.h"), &["table[2][2]; /* 2 by 2 times: real */"]);
-    let sum = vec!["p.position.norm_squared().sqrt().exp().sqrt().exp()"; 9].join(" * k + ");
+    let sum = ["p.position.norm_squared().sqrt().exp().sqrt().exp()"; 9].join(" * k + ");
     place.write("long.rs", format!("#[energy]\npub fn long(p: Particle, k: Real) -> Real {{\n{sum}\n}}\n"));
     place.succeeds("build long.rs --out k");
     assert_has(&place.read("k/long.c"), &["F = −∂E/∂X"]);

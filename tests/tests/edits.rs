@@ -44,13 +44,8 @@ fn kernel(file: &syn::File, name: &str) -> Option<String> {
     let source = Source::new("edited.rs", prettyplease::unparse(file));
     let compiled = compile(&source, &|wanted| wanted == name, forcec::Effort::Quick).ok()?;
     let text = targets::kernel(&compiled.functions.first()?.kernel, Target::C, Precision::F64);
-    // What is said of rounding is no line of the code, and changes with any number.
-    Some(
-        text.lines()
-            .filter(|line| !line.starts_with(" * Rounding: "))
-            .map(|line| format!("{line}\n"))
-            .collect(),
-    )
+    // The head repeats the source in formulas, and bounds that change with any number.
+    text.split_once("\n */\n").map(|(_, code)| code.to_owned())
 }
 
 /// The lines of the first text that are not in the second, or those of the second that are not in the first: the more.
