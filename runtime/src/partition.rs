@@ -10,7 +10,11 @@ use nalgebra::{RealField, Vector3, Vector6, convert};
 impl<R: RealField + Copy> World<R> {
     /// Brings islands up to date: those that fell apart, those whose system has changed, those that are awake.
     pub(crate) fn prepare(&mut self) {
-        if self.frames.iter().any(Frame::moves) {
+        if self.stirred {
+            self.roaming.clear();
+            self.roaming.extend((0..self.frames.len()).filter(|&frame| self.frames[frame].moves()));
+        }
+        if !self.roaming.is_empty() {
             for number in 0..self.islands.len() {
                 if self.islands[number].life == Life::Asleep && self.has_moving_frame(number) {
                     self.islands[number].wake();

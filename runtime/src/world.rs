@@ -86,9 +86,11 @@ pub struct World<R: RealField + Copy = f64> {
     pub(crate) free_forces: Vec<usize>,
     /// Islands to be stepped, in order.
     pub(crate) awake: Vec<usize>,
+    /// Frames that move, in order.
+    pub(crate) roaming: Vec<usize>,
     /// How many sleep, and how many are quarantined.
     pub(crate) resting: [usize; 2],
-    /// The awake ones are to be found anew.
+    /// The awake ones, and the frames that move, are to be found anew.
     pub(crate) stirred: bool,
 }
 
@@ -104,6 +106,7 @@ impl<R: RealField + Copy> Default for World<R> {
             free_bodies: Vec::new(),
             free_forces: Vec::new(),
             awake: Vec::new(),
+            roaming: Vec::new(),
             resting: [0; 2],
             stirred: true,
         }
@@ -210,6 +213,7 @@ impl<R: RealField + Copy> World<R> {
         }
         match place {
             Place::Frame(index) => {
+                self.stirred = true;
                 self.frames.swap_remove(index);
                 if let Some(moved) = self.frames.get(index) {
                     self.bodies[moved.entry].place = Some(Place::Frame(index));
@@ -406,9 +410,9 @@ impl<R: RealField + Copy> World<R> {
                 },
                 |one| report.add(&one),
             );
-            for frame in &mut self.frames {
-                let state = frame.state;
-                frame.state = moved(&state, state.velocity * h, state.angular_velocity * h);
+            for &frame in &self.roaming {
+                let state = self.frames[frame].state;
+                self.frames[frame].state = moved(&state, state.velocity * h, state.angular_velocity * h);
             }
             if self.awake.iter().any(|&number| self.islands[number].life != Life::Awake) {
                 self.count();
@@ -428,9 +432,16 @@ impl<R: RealField + Copy> World<R> {
     {
         #[cfg(feature = "rayon")]
         if self.awake.len() > 1 {
-            use rayon::prelude::{IntoParallelRefMutIterator, ParallelIterator};
-            let awake = self.islands.par_iter_mut().filter(|island| island.life == Life::Awake);
-            return awake.map(step).collect::<Vec<Report>>().into_iter().for_each(done);
+            use rayon::prelude::{IntoParallelIterator, ParallelIterator};
+            let (mut rest, mut passed) = (self.islands.as_mut_slice(), 0);
+            let awake = self.awake.iter().filter_map(|&number| {
+                let (island, after) =
+                    std::mem::take(&mut rest).get_mut(number - passed..)?.split_first_mut()?;
+                (rest, passed) = (after, number + 1);
+                Some(island)
+            });
+            let awake: Vec<&mut Island<R>> = awake.collect();
+            return awake.into_par_iter().map(step).collect::<Vec<Report>>().into_iter().for_each(done);
         }
         for &number in &self.awake {
             done(step(&mut self.islands[number]));
@@ -504,6 +515,7 @@ impl<R: RealField + Copy> World<R> {
         }
         match place {
             Place::Frame(frame) => {
+                self.stirred = true;
                 self.frames[frame].state = Rigid {
                     position: (state.position.map(as_f64) - self.frames[frame].origin).map(convert),
                     ..state
@@ -511,7 +523,6 @@ impl<R: RealField + Copy> World<R> {
                 for island in &mut self.islands {
                     if island.store.members[kind as usize].iter().any(|member| member.entry == body.entry) {
                         island.wake();
-                        self.stirred = true;
                     }
                 }
             }
