@@ -1,9 +1,10 @@
 //! What robots that sleep cost: the time of a step of some robots that turn freely, alone, and beside many that are asleep.
 
+use crate::kernels::Spread;
 use crate::scenes::robots;
 use std::time::Instant;
 
-/// Times of a step, s: the least of each round's, the two worlds stepped by turns.
+/// Times of a step, s, of two worlds that are stepped by turns.
 #[derive(Clone, Copy, Debug)]
 pub struct Sleeping {
     /// How many robots are awake in both worlds.
@@ -11,9 +12,11 @@ pub struct Sleeping {
     /// How many more are asleep in the second.
     pub asleep: usize,
     /// A step of the first.
-    pub alone: f64,
+    pub alone: Spread,
     /// A step of the second.
-    pub beside: f64,
+    pub beside: Spread,
+    /// Step by step, the second's time divided by the first's.
+    pub ratio: Spread,
 }
 
 /// The step, s.
@@ -27,30 +30,34 @@ pub fn measure(awake: usize, asleep: usize, steps: usize) -> Sleeping {
     for robot in beside.bodies.chunks_exact(links).skip(awake) {
         beside.world.sleep(robot[0]).expect("a body of the scene");
     }
-    let mut least = [f64::INFINITY; 2];
+    let mut times = [const { Vec::new() }; 2];
     for _ in 0..steps {
-        for (scene, least) in [&mut alone, &mut beside].into_iter().zip(&mut least) {
+        for (scene, times) in [&mut alone, &mut beside].into_iter().zip(&mut times) {
             let started = Instant::now();
             scene.world.step(STEP).expect("a step that is positive and finite");
-            *least = least.min(started.elapsed().as_secs_f64());
+            times.push(started.elapsed().as_secs_f64());
         }
     }
-    Sleeping { awake, asleep, alone: least[0], beside: least[1] }
+    let ratio = Spread::of(times[0].iter().zip(&times[1]).map(|(alone, beside)| beside / alone).collect());
+    let [alone, beside] = times.map(Spread::of);
+    Sleeping { awake, asleep, alone, beside, ratio }
 }
 
-/// The row of a table.
+/// Times as a table.
 pub fn table(all: &[Sleeping]) -> String {
     let mut text = String::from(
-        "| robots awake | robots asleep beside them | µs a step alone | µs a step beside them | ratio |\n|--:|--:|--:|--:|--:|\n",
+        "| robots awake | robots asleep beside them | µs a step alone | µs a step beside them | ratio | quartiles |\n|--:|--:|--:|--:|--:|--:|\n",
     );
     for one in all {
         text += &format!(
-            "| {} | {} | {:.0} | {:.0} | {:.3} |\n",
+            "| {} | {} | {:.0} | {:.0} | {:.3} | {:.3} … {:.3} |\n",
             one.awake,
             one.asleep,
-            one.alone * 1e6,
-            one.beside * 1e6,
-            one.beside / one.alone
+            one.alone.median * 1e6,
+            one.beside.median * 1e6,
+            one.ratio.median,
+            one.ratio.low,
+            one.ratio.high
         );
     }
     text
