@@ -2,7 +2,7 @@
 //!
 //! In: a kernel and a precision. Out: for each of its results a bound on its error relative to its largest entry, over
 //! states drawn within the domains of the parameters. The statements that are printed are evaluated, in the order and
-//! with the association that they have, each value with a rigorous bound of its error ([`running`]): Wilkinson's running
+//! with the association that they have, each value with a rigorous bound of its error (`running.rs`): Wilkinson's running
 //! error analysis, Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §3.3. Only IEEE operations are used,
 //! and functions made of them, so that the bounds are the same on every machine.
 
