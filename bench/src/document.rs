@@ -6,10 +6,11 @@
 use crate::catalogue::{self, CASES};
 use crate::kernels::{self, BY_HAND, FLAGS, Plan, RUST_FLAGS, STATES};
 use crate::{
-    chain, compile_all, layouts, machine, modes, nodes, on_threads, peers, sleeping, work_precision,
+    chain, compile_all, in_folder, layouts, machine, modes, nodes, on_threads, peers, sleeping,
+    work_precision, write,
 };
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// What to print, and how carefully.
@@ -97,17 +98,16 @@ pub fn document(options: &Options) -> Result<(), String> {
         let started = Instant::now();
         let texts = (step.run)(options)?;
         let path = options.into.join(step.document);
-        let failed = |path: &Path, error: std::io::Error| format!("{}: {error}", path.display());
-        let mut text = std::fs::read_to_string(&path).map_err(|error| failed(&path, error))?;
+        let mut text =
+            std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         for (name, printed) in step.prints.iter().zip(texts).filter(|(_, printed)| !printed.is_empty()) {
             if name.contains('.') {
-                let beside = options.into.join(name);
-                std::fs::write(&beside, printed).map_err(|error| failed(&beside, error))?;
+                write(&options.into.join(name), &printed)?;
             } else {
                 text = peers::print_into(&text, &[(name, printed)])?;
             }
         }
-        std::fs::write(&path, text).map_err(|error| failed(&path, error))?;
+        write(&path, &text)?;
         println!("{}: {}, {:.0} s", step.name, path.display(), started.elapsed().as_secs_f64());
     }
     Ok(())
@@ -115,13 +115,11 @@ pub fn document(options: &Options) -> Result<(), String> {
 
 /// The machine, the date, the versions and flags.
 pub fn setting(plan: &Plan) -> String {
-    let mut versions: Vec<String> =
-        plan.peers.iter().map(|peer| format!("{} {}", peer.name, peer.version)).collect();
-    versions.sort();
-    versions.dedup();
+    let peers = plan.peers.iter().map(|peer| (peer.name.as_str(), peer.version.as_str()));
+    let versions = machine::versions(peers);
     let mut text = machine::machine() + "\n";
     text += &format!("{}: {}\n", machine::first_line("gcc", &["--version"]), plan.flags.join(" "));
-    text += &format!("{}: {RUST_FLAGS}\n", machine::first_line("rustc", &["--version"]));
+    text += &format!("{}: {RUST_FLAGS}\n", machine::rustc());
     if !versions.is_empty() {
         text += &format!("{}\n", versions.join(", "));
     }
@@ -135,16 +133,8 @@ fn fenced(text: &str) -> String {
 
 /// What was measured in Rust alone, and with what.
 fn of_rust(table: &str) -> String {
-    let version = machine::first_line("rustc", &["--version"]);
-    format!("{}\n\n{table}", fenced(&format!("{}; {version}\n", machine::machine())).trim_end())
-}
-
-/// A folder to build in, while something works in it.
-fn in_folder<T>(name: &str, work: impl FnOnce(&Path) -> T) -> Result<T, String> {
-    let folder = std::env::temp_dir().join(format!("forcec-{name}-{}", std::process::id()));
-    let result = work(&folder);
-    std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(result)
+    let setting = format!("{}; {}\n", machine::machine(), machine::rustc());
+    format!("{}\n\n{table}", fenced(&setting).trim_end())
 }
 
 /// What is measured unless told otherwise.

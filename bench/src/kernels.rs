@@ -6,7 +6,7 @@
 
 use crate::peers::Peer;
 use crate::{compile_all, library};
-use forcec::bodies::Signature;
+use forcec::bodies::{Body, Signature};
 use forcec::compile::{Compiled, Stages};
 use forcec::identifiers::{Target, kernel_name};
 use forcec::kernel::{File, Precision};
@@ -160,11 +160,7 @@ pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
     let answer = run(Command::new(folder.join("driver")).arg("states").arg(plan.rounds.to_string()), folder);
     let mut rows = Vec::new();
     for (index, (_, stages, makers)) in kernels.iter().enumerate() {
-        let values = |what: &str, place: usize| -> Vec<f64> {
-            let head = format!("{what} {index} {place} ");
-            let values = answer.lines().filter_map(|line| line.strip_prefix(&head));
-            values.map(|value| value.parse().expect("a number of the driver")).collect()
-        };
+        let values = |what: &str, place: usize| told(&answer, &format!("{what} {index} {place} "));
         let times: Vec<Vec<f64>> = (0..makers.len()).map(|place| values("time", place)).collect();
         for (place, maker) in makers.iter().enumerate() {
             let right = !times[place].is_empty();
@@ -272,7 +268,7 @@ fn states(stages: &Stages) -> Vec<u8> {
     });
     let regular = drawn.filter(|(_, outputs)| outputs.iter().all(|x| x.is_finite())).take(STATES);
     let (inputs, outputs): (Vec<_>, Vec<_>) = regular.unzip();
-    inputs.into_iter().chain(outputs).flatten().flat_map(f64::to_ne_bytes).collect()
+    bytes(inputs.into_iter().chain(outputs).flatten(), Precision::F64)
 }
 
 /// Runs a command in the folder and returns what it prints.
@@ -285,11 +281,38 @@ pub(crate) fn run(command: &mut Command, folder: &Path) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The types of a kernel's arguments before the output, in C.
-fn arguments(name: &str, signature: &Signature) -> Vec<String> {
-    let bodies = signature.bodies.iter().map(|body| format!("{}_f64", body.kind.row().c_name));
-    let params = (!signature.parameters.is_empty()).then(|| kernel_name(name, Target::C, "_params_f64"));
-    bodies.chain(params).collect()
+/// The numbers that a driver prints behind this head, a line each.
+pub(crate) fn told(answer: &str, head: &str) -> Vec<f64> {
+    let values = answer.lines().filter_map(|line| line.strip_prefix(head));
+    values.map(|value| value.parse().expect("a number of the driver")).collect()
+}
+
+/// The types of a kernel's arguments before the output, in C, where it computes so many instances at once.
+pub(crate) fn arguments(
+    name: &str,
+    signature: &Signature,
+    precision: Precision,
+    lanes: usize,
+) -> Vec<String> {
+    let several = if lanes > 1 { format!("x{lanes}") } else { String::new() };
+    let body = |body: &Body| format!("{}_{precision}{several}", body.kind.row().c_name);
+    let params = (!signature.parameters.is_empty())
+        .then(|| kernel_name(name, Target::C, &format!("_params_{precision}")));
+    signature.bodies.iter().map(body).chain(params).collect()
+}
+
+/// States as a kernel reads them that computes so many instances at once: entry by entry of each group.
+pub(crate) fn interleaved<'s>(states: &'s [&Vec<f64>], lanes: usize) -> impl Iterator<Item = f64> + 's {
+    let groups = states.chunks(lanes);
+    groups.flat_map(|group| (0..group[0].len()).flat_map(move |k| group.iter().map(move |x| x[k])))
+}
+
+/// Numbers as they lie in memory.
+pub(crate) fn bytes(reals: impl Iterator<Item = f64>, precision: Precision) -> Vec<u8> {
+    match precision {
+        Precision::F64 => reals.flat_map(f64::to_ne_bytes).collect(),
+        Precision::F32 => reals.flat_map(|x| (x as f32).to_ne_bytes()).collect(),
+    }
 }
 
 const HEAD: &str = "\
@@ -369,7 +392,7 @@ fn driver(kernels: &[(&str, &Stages, Vec<Maker>)]) -> String {
     let mut table = String::new();
     for (_, stages, makers) in kernels {
         let (name, signature) = (&stages.kernel.name, &stages.kernel.schedule.signature);
-        let types = arguments(name, signature);
+        let types = arguments(name, signature, Precision::F64, 1);
         let out = kernel_name(name, Target::C, "_out_f64");
         let members: String = types.iter().enumerate().map(|(i, ty)| format!("{ty} m{i}; ")).collect();
         let declared: String = types.iter().map(|ty| format!("const {ty} *, ")).collect();

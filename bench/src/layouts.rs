@@ -3,7 +3,9 @@
 //! In: a kernel that is written by hand too. Out: a [`Row`] for each way to lay it out and each target. Every variant is
 //! a folder of its own: what forcec prints, and a unit that reads states as the variant wants them and calls it at each.
 
-use crate::kernels::{CLOCK, FLAGS, RUST_FLAGS, STATES, Spread, printable, run};
+use crate::kernels::{
+    CLOCK, FLAGS, RUST_FLAGS, STATES, Spread, arguments, bytes, interleaved, printable, run, told,
+};
 use crate::{compile_all, library};
 use forcec::bodies::Signature;
 use forcec::compile::{Request, Stages, compile};
@@ -131,9 +133,7 @@ pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
     run(gcc.arg("-O2").arg("driver.c").args(&objects).args(libraries), folder);
     let answer = run(Command::new("./driver").arg(rounds.to_string()), folder);
     let times = |place: usize| -> Vec<f64> {
-        let head = format!("{place} ");
-        let values = answer.lines().filter_map(|line| line.strip_prefix(&head));
-        values.map(|value| value.parse::<f64>().expect("a number of the driver") / STATES as f64).collect()
+        told(&answer, &format!("{place} ")).into_iter().map(|time| time / STATES as f64).collect()
     };
     let hand = times(0);
     let row = |(place, (variant, maker)): (usize, (&'static str, &'static str))| {
@@ -191,23 +191,16 @@ fn states(stages: &Stages, variant: &Variant) -> Vec<u8> {
     let subject = Subject { source: &stages.source, program: &stages.program };
     let probe = Probe::new(&subject);
     let length = inputs(&stages.kernel.schedule.signature);
-    let all: Vec<Vec<f64>> = (0..STATES).map(|state| probe.draw(Family::Random, 1, state)).collect();
-    let groups = all.chunks(variant.lanes);
-    let reals = groups.flat_map(|group| (0..length).flat_map(move |k| group.iter().map(move |x| x[k])));
-    match variant.precision {
-        Precision::F64 => reals.flat_map(f64::to_ne_bytes).collect(),
-        Precision::F32 => reals.flat_map(|x| (x as f32).to_ne_bytes()).collect(),
-    }
+    let drawn = (0..STATES).map(|state| probe.draw(Family::Random, 1, state)[..length].to_vec());
+    let all: Vec<Vec<f64>> = drawn.collect();
+    bytes(interleaved(&all.iter().collect::<Vec<_>>(), variant.lanes), variant.precision)
 }
 
 /// The C unit that calls a function at all states.
 fn unit(file: &File, stages: &Stages, variant: &Variant, function: &str, id: &str) -> String {
     let (signature, precision) = (&stages.kernel.schedule.signature, variant.precision);
-    let several = if variant.lanes > 1 { format!("x{}", variant.lanes) } else { String::new() };
     let named = |part: &str| kernel_name(&stages.kernel.name, Target::C, &format!("{part}_{precision}"));
-    let bodies =
-        signature.bodies.iter().map(|body| format!("{}_{precision}{several}", body.kind.row().c_name));
-    let types: Vec<String> = bodies.chain([named("_params")]).collect();
+    let types = arguments(&stages.kernel.name, signature, precision, variant.lanes);
     let members: String = types.iter().enumerate().map(|(i, ty)| format!("{ty} m{i}; ")).collect();
     let declared: String = types.iter().map(|ty| format!("const {ty} *, ")).collect();
     let passed: String = (0..types.len()).map(|i| format!("&states[i].m{i}, ")).collect();

@@ -11,6 +11,7 @@ pub mod machine;
 pub mod modes;
 pub mod peers;
 pub mod picture;
+mod plot;
 pub mod run;
 pub mod scenes;
 pub mod sleeping;
@@ -33,6 +34,19 @@ pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T
         let _ = threads;
         work()
     }
+}
+
+/// Writes a file; the message names it.
+pub fn write(path: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// A folder to build in, while something works in it.
+pub fn in_folder<T>(name: &str, work: impl FnOnce(&Path) -> T) -> Result<T, String> {
+    let folder = std::env::temp_dir().join(format!("forcec-{name}-{}", std::process::id()));
+    let result = work(&folder);
+    std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    Ok(result)
 }
 
 /// The force files of the library, in sorted order.

@@ -1,5 +1,6 @@
 //! What measurements are of: the processor, the day, the compiler.
 
+use std::collections::BTreeSet;
 use std::process::Command;
 
 /// The first line that a program prints.
@@ -14,6 +15,12 @@ pub fn machine() -> String {
     let processors = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = processors.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     format!("{}; {}", name.map_or("unknown processor", |(_, name)| name), first_line("date", &["+%F"]))
+}
+
+/// Programs with their versions, each once.
+pub fn versions<'a>(programs: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
+    let versions: BTreeSet<String> = programs.map(|(name, version)| format!("{name} {version}")).collect();
+    versions.into_iter().collect()
 }
 
 /// The compiler of the Rust code, with its version.

@@ -4,9 +4,8 @@
 use clap::{Parser, Subcommand};
 use forcec_bench::catalogue::{self, CASES};
 use forcec_bench::document::{self, document};
-use forcec_bench::modes;
 use forcec_bench::run::{self, Options};
-use forcec_bench::work_precision;
+use forcec_bench::{in_folder, modes, work_precision, write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -65,11 +64,12 @@ fn main() -> ExitCode {
         Command::WorkPrecision(options) => done(work_precision::run(&options)),
         Command::Modes { kernels, rounds, csv } => {
             let only: Vec<&str> = kernels.iter().map(String::as_str).collect();
-            let folder = std::env::temp_dir().join(format!("forcec-modes-{}", std::process::id()));
-            let points = modes::measure(&only, rounds, &folder);
-            println!("{}", modes::table(&points));
-            let written = csv.map_or(Ok(()), |path| std::fs::write(path, modes::csv(&points)));
-            done(written.and_then(|()| std::fs::remove_dir_all(&folder)).map_err(|error| error.to_string()))
+            let written = in_folder("modes", |folder| {
+                let points = modes::measure(&only, rounds, folder);
+                println!("{}", modes::table(&points));
+                csv.map_or(Ok(()), |path| write(&path, &modes::csv(&points)))
+            });
+            done(written.and_then(|written| written))
         }
         Command::Catalogue { cases, quick } => {
             let chosen = CASES.iter().filter(|case| cases.is_empty() || cases.contains(&case.number));

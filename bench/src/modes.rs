@@ -8,9 +8,8 @@ mod plot;
 
 pub use plot::plot;
 
-use crate::kernels::{CLOCK, STATES, Spread, run};
+use crate::kernels::{CLOCK, STATES, Spread, arguments, bytes, interleaved, run, told};
 use crate::library;
-use forcec::bodies::Signature;
 use forcec::compile::{Request, Stages, compile};
 use forcec::identifiers::{Target, kernel_name};
 use forcec::kernel::{File, Precision};
@@ -140,9 +139,8 @@ pub fn measure(only: &[&str], rounds: usize, folder: &Path) -> Vec<Point> {
     run(gcc.args(["-O2", "driver.c"]).args(&objects).args(["-lm", "-o", "driver"]), folder);
     let answer = run(Command::new("./driver").arg(rounds.to_string()), folder);
     let times = |number: usize, kernel: usize| -> Vec<f64> {
-        let head = format!("{number} {kernel} ");
-        let values = answer.lines().filter_map(|line| line.strip_prefix(&head));
-        values.map(|value| value.parse::<f64>().expect("a number of the driver") / STATES as f64).collect()
+        let all = told(&answer, &format!("{number} {kernel} "));
+        all.into_iter().map(|time| time / STATES as f64).collect()
     };
 
     let mut points = Vec::new();
@@ -224,7 +222,8 @@ fn build(way: &Way, number: usize, files: &[Subjects], drawn: &[[Drawn; 2]], fol
             };
             let symbol = called("");
             let _ = writeln!(renamed, "#define {symbol} w{number}_{symbol}");
-            let types = arguments(way, &stages.kernel.schedule.signature, called("_params"));
+            let types =
+                arguments(&stages.kernel.name, &stages.kernel.schedule.signature, way.precision, way.lanes);
             let members: String = types.iter().enumerate().map(|(i, ty)| format!("{ty} m{i}; ")).collect();
             let passed =
                 |of: &str| (0..types.len()).map(|i| format!("&{of}{kernel}[i].m{i}, ")).collect::<String>();
@@ -251,9 +250,7 @@ fn build(way: &Way, number: usize, files: &[Subjects], drawn: &[[Drawn; 2]], fol
                 writeln!(taken, "    if (!fread(timed{kernel}, sizeof timed{kernel}, 1, file)) return 0;");
             let own = &drawn[kernel][way.precision as usize];
             let all: Vec<&Vec<f64>> = (0..STATES).map(|index| &own.timed[index % own.timed.len()]).collect();
-            for group in all.chunks(way.lanes) {
-                states.extend((0..group[0].len()).flat_map(|k| group.iter().map(move |x| x[k])));
-            }
+            states.extend(interleaved(&all, way.lanes));
             if way.lanes == 1 {
                 let _ = writeln!(
                     taken,
@@ -271,7 +268,7 @@ fn build(way: &Way, number: usize, files: &[Subjects], drawn: &[[Drawn; 2]], fol
     );
     write("renamed.h", renamed.as_bytes());
     write("unit.c", unit.as_bytes());
-    write("states", &bytes(&states, way.precision));
+    write("states", &bytes(states.into_iter(), way.precision));
     let contracted = if way.mode == Mode::Fast { "fast" } else { "off" };
     for source in &sources {
         let mut gcc = Command::new("gcc");
@@ -280,21 +277,6 @@ fn build(way: &Way, number: usize, files: &[Subjects], drawn: &[[Drawn; 2]], fol
     }
     let objects: Vec<String> = sources.iter().map(|source| format!("{source}.o")).collect();
     run(Command::new("ld").arg("-r").args(&objects).args(["-o", "way.o"]), folder);
-}
-
-/// The types of a kernel's arguments before the output, in C.
-fn arguments(way: &Way, signature: &Signature, params: String) -> Vec<String> {
-    let several = if way.lanes > 1 { format!("x{}", way.lanes) } else { String::new() };
-    let bodies =
-        signature.bodies.iter().map(|body| format!("{}_{}{several}", body.kind.row().c_name, way.precision));
-    bodies.chain((!signature.parameters.is_empty()).then_some(params)).collect()
-}
-
-fn bytes(reals: &[f64], precision: Precision) -> Vec<u8> {
-    match precision {
-        Precision::F64 => reals.iter().flat_map(|x| x.to_ne_bytes()).collect(),
-        Precision::F32 => reals.iter().flat_map(|x| (*x as f32).to_ne_bytes()).collect(),
-    }
 }
 
 fn reals(bytes: &[u8], precision: Precision) -> Vec<f64> {

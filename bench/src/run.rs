@@ -2,6 +2,7 @@
 
 use crate::picture::picture;
 use crate::scenes::{Row, SCENES, Scene};
+use crate::write;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use forcec_runtime::collision::Contacts;
 use forcec_runtime::{Integrator, Report, Solver};
@@ -144,9 +145,6 @@ pub fn run(options: &Options) -> Result<(), String> {
         energies[0],
         energies[energies.len() - 1]
     );
-    let write = |path: &PathBuf, text: &str| {
-        std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
-    };
     if let Some(path) = &options.csv {
         write(path, &table)?;
     }

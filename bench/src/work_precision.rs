@@ -13,8 +13,8 @@ mod tables;
 pub use measure::{Measured, Point, State, measure};
 pub use problems::{PROBLEMS, Problem};
 
-use crate::machine;
 use crate::run::named;
+use crate::{machine, write};
 use std::path::{Path, PathBuf};
 
 /// What to measure, and what to write.
@@ -90,8 +90,4 @@ fn all(
         blocks.push(("work-beside".to_owned(), text));
     }
     Ok(blocks)
-}
-
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
 }

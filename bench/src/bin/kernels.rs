@@ -3,7 +3,7 @@
 
 use forcec_bench::document::setting;
 use forcec_bench::kernels::{FLAGS, Plan, measure, table};
-use forcec_bench::peers;
+use forcec_bench::{in_folder, peers, write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -53,18 +53,15 @@ fn main() -> ExitCode {
 }
 
 fn answer(Request { plan, csv }: &Request) -> Result<(), String> {
-    let folder = std::env::temp_dir().join(format!("forcec-bench-{}", std::process::id()));
-    let rows = measure(plan, &folder);
-    println!("{}", setting(plan));
-    if plan.peers.is_empty() && csv.is_none() {
-        print!("{}", table(&rows));
-    } else {
-        let lines = peers::lines(plan, rows, &folder);
-        print!("{}\n{}", peers::summary(&lines), peers::table(&lines));
-        if let Some(path) = csv {
-            let text = peers::csv(&lines);
-            std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+    in_folder("kernels", |folder| {
+        let rows = measure(plan, folder);
+        println!("{}", setting(plan));
+        if plan.peers.is_empty() && csv.is_none() {
+            print!("{}", table(&rows));
+            return Ok(());
         }
-    }
-    std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))
+        let lines = peers::lines(plan, rows, folder);
+        print!("{}\n{}", peers::summary(&lines), peers::table(&lines));
+        csv.as_ref().map_or(Ok(()), |path| write(path, &peers::csv(&lines)))
+    })?
 }

@@ -1,6 +1,7 @@
 //! `cargo run --release -p forcec-bench --bin layouts [KERNEL] [ROUNDS]`: how long the layouts of a kernel that is written
 //! by hand take beside it, an instance.
 
+use forcec_bench::in_folder;
 use forcec_bench::kernels::{BY_HAND, FLAGS, RUST_FLAGS};
 use forcec_bench::layouts::{measure, table};
 use std::process::ExitCode;
@@ -13,12 +14,13 @@ fn main() -> ExitCode {
         eprintln!("usage: layouts [{}] [ROUNDS]", BY_HAND.join("|"));
         return ExitCode::from(2);
     };
-    let folder = std::env::temp_dir().join(format!("forcec-layouts-{}", std::process::id()));
-    let rows = measure(&kernel, rounds, &folder);
-    if let Err(error) = std::fs::remove_dir_all(&folder) {
-        eprintln!("{}: {error}", folder.display());
+    let printed = in_folder("layouts", |folder| {
+        let rows = measure(&kernel, rounds, folder);
+        println!("`{kernel}`, gcc {FLAGS}; rustc {RUST_FLAGS}; {rounds} rounds\n");
+        print!("{}", table(&rows));
+    });
+    if let Err(error) = printed {
+        eprintln!("{error}");
     }
-    println!("`{kernel}`, gcc {FLAGS}; rustc {RUST_FLAGS}; {rounds} rounds\n");
-    print!("{}", table(&rows));
     ExitCode::SUCCESS
 }

@@ -1,12 +1,10 @@
 //! Log-log plots of a kernel's time against its error.
 
 use super::{FAMILIES, Point};
-use plotters::backend::SVGBackend;
-use plotters::chart::ChartBuilder;
-use plotters::coord::combinators::IntoLogRange;
-use plotters::drawing::IntoDrawingArea;
+use crate::plot::{Axis, DRAWN, log_log, power};
+use plotters::chart::SeriesLabelPosition;
 use plotters::element::{Circle, Cross, Text};
-use plotters::style::{BLACK, Color, IntoFont, RGBColor, WHITE};
+use plotters::style::{Color, IntoFont, RGBColor};
 
 const SIZE: (u32, u32) = (880, 520);
 
@@ -21,48 +19,31 @@ pub fn plot(points: &[Point], kernel: &str) -> String {
     let least = errors.fold(1.0_f64, f64::min);
     let times = own.iter().map(|point| point.time.median);
     let (low, high) = times.fold((f64::MAX, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-    let mut text = String::new();
-    {
-        let drawn = "a string to draw into";
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        area.fill(&WHITE).expect(drawn);
-        let chart = ChartBuilder::on(&area)
-            .margin(12)
-            .caption(format!("{kernel}: time of an instance against the largest error"), ("sans-serif", 16))
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d((low / 1.2..high * 1.6).log_scale(), (least / 1e3..2.0).log_scale());
-        let mut chart = chart.expect("a chart within its area");
-        let (ns, error) = (|x: &f64| format!("{x:.0}"), |x: &f64| format!("{x:.0e}"));
-        let mut mesh = chart.configure_mesh();
-        mesh.x_desc("time, ns").y_desc("largest error, of the largest entry").max_light_lines(0);
-        mesh.x_label_formatter(&ns).y_label_formatter(&error).draw().expect(drawn);
-        for (family, colour) in FAMILIES.iter().zip(COLOURS) {
-            let at = |point: &Point| {
-                let index = FAMILIES.iter().position(|other| other == family).unwrap_or(0);
-                (point.time.median, point.errors[index].normwise)
-            };
+    let axes = [
+        Axis { name: "time, ns", range: low / 1.2..high * 1.6, label: |x| format!("{x:.0}") },
+        Axis { name: "largest error, of the largest entry", range: least / 1e3..2.0, label: power },
+    ];
+    let caption = format!("{kernel}: time of an instance against the largest error");
+    log_log(SIZE, &caption, axes, SeriesLabelPosition::MiddleRight, |chart| {
+        for (index, (family, colour)) in FAMILIES.iter().zip(COLOURS).enumerate() {
+            let at = |point: &Point| (point.time.median, point.errors[index].normwise);
             let good = own.iter().map(|point| at(point)).filter(|(_, error)| *error > 0.0 && *error < 1.0);
             let dots = good.map(|place| Circle::new(place, 4, colour.filled()));
             chart
                 .draw_series(dots)
-                .expect(drawn)
+                .expect(DRAWN)
                 .label(family.name())
                 .legend(move |place| Circle::new(place, 4, colour.filled()));
             let lost = own.iter().map(|point| at(point)).filter(|(_, error)| *error >= 1.0);
             chart
                 .draw_series(lost.map(|(x, _)| Cross::new((x, 1.0), 4, colour.stroke_width(2))))
-                .expect(drawn);
+                .expect(DRAWN);
         }
         // Names hang from their columns, each a little lower than the one before.
         let names = own.iter().enumerate().map(|(place, point)| {
             let depth = least / 3.0 / 1.55_f64.powi(place as i32);
             Text::new(point.way.name, (point.time.median, depth), ("sans-serif", 11).into_font())
         });
-        chart.draw_series(names).expect(drawn);
-        let mut legend = chart.configure_series_labels();
-        legend.border_style(BLACK.mix(0.3)).background_style(WHITE.mix(0.85)).draw().expect(drawn);
-        area.present().expect(drawn);
-    }
-    text
+        chart.draw_series(names).expect(DRAWN);
+    })
 }

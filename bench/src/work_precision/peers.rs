@@ -66,9 +66,5 @@ fn row(line: &str) -> Option<Row> {
 
 /// The engines with their versions.
 pub fn versions(rows: &[Row]) -> Vec<String> {
-    let mut versions: Vec<String> =
-        rows.iter().map(|row| format!("{} {}", row.engine, row.version)).collect();
-    versions.sort();
-    versions.dedup();
-    versions
+    crate::machine::versions(rows.iter().map(|row| (row.engine.as_str(), row.version.as_str())))
 }

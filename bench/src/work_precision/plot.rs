@@ -3,12 +3,10 @@
 use super::measure::{Measured, Point, State};
 use super::problems::Problem;
 use super::tables::makers;
-use plotters::backend::SVGBackend;
-use plotters::chart::{ChartBuilder, SeriesLabelPosition};
-use plotters::coord::combinators::IntoLogRange;
-use plotters::drawing::IntoDrawingArea;
+use crate::plot::{Axis, DRAWN, log_log, power};
+use plotters::chart::SeriesLabelPosition;
 use plotters::element::{Circle, Cross, DashedPathElement, PathElement};
-use plotters::style::{BLACK, Color, RGBColor, ShapeStyle, WHITE};
+use plotters::style::{Color, RGBColor, ShapeStyle};
 
 const SIZE: (u32, u32) = (880, 560);
 
@@ -44,22 +42,11 @@ pub(super) fn plot(problem: &Problem, measured: &Measured) -> String {
     let (costs, errors) = (range(Point::cost, &all), range(|point| point.error, &good));
     let top = errors.end / 1.3;
 
-    let mut text = String::new();
-    {
-        let drawn = "a string to draw into";
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        area.fill(&WHITE).expect(drawn);
-        let chart = ChartBuilder::on(&area)
-            .margin(12)
-            .caption(problem.about, ("sans-serif", 16))
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d(costs.log_scale(), errors.log_scale());
-        let mut chart = chart.expect("a chart within its area");
-        let labels = |x: &f64| format!("{x:.0e}");
-        let mut mesh = chart.configure_mesh();
-        mesh.x_desc("time of a simulated second, ms").y_desc(problem.error()).max_light_lines(0);
-        mesh.x_label_formatter(&labels).y_label_formatter(&labels).draw().expect(drawn);
+    let axes = [
+        Axis { name: "time of a simulated second, ms", range: costs, label: power },
+        Axis { name: problem.error(), range: errors, label: power },
+    ];
+    log_log(SIZE, problem.about, axes, SeriesLabelPosition::LowerLeft, |chart| {
         for (number, (maker, points)) in makers(measured).into_iter().enumerate() {
             let colour = COLOURS[number % COLOURS.len()];
             let curve: Vec<(f64, f64)> =
@@ -70,7 +57,7 @@ pub(super) fn plot(problem: &Problem, measured: &Measured) -> String {
             } else {
                 chart.draw_series([PathElement::new(curve.clone(), colour.stroke_width(2))])
             };
-            line.expect(drawn).label(maker).legend(move |(x, y)| {
+            line.expect(DRAWN).label(maker).legend(move |(x, y)| {
                 PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(if dashed { 1 } else { 3 }))
             });
             let dot = |point: &Point| {
@@ -78,15 +65,10 @@ pub(super) fn plot(problem: &Problem, measured: &Measured) -> String {
                 let style: ShapeStyle = if ring { colour.stroke_width(2) } else { colour.filled() };
                 Circle::new((point.cost(), point.error), 4, style)
             };
-            chart.draw_series(points.iter().copied().filter(sound).map(dot)).expect(drawn);
+            chart.draw_series(points.iter().copied().filter(sound).map(dot)).expect(DRAWN);
             let lost = points.iter().filter(|point| !point.state.is_sound());
             let lost = lost.map(|point| Cross::new((point.cost(), top), 4, colour.stroke_width(2)));
-            chart.draw_series(lost).expect(drawn);
+            chart.draw_series(lost).expect(DRAWN);
         }
-        let mut legend = chart.configure_series_labels();
-        legend.position(SeriesLabelPosition::LowerLeft).border_style(BLACK.mix(0.3));
-        legend.background_style(WHITE.mix(0.85)).draw().expect(drawn);
-        area.present().expect(drawn);
-    }
-    text
+    })
 }
