@@ -228,8 +228,9 @@ where
     fn sdirk2(&mut self, h: R) -> Option<Outcome<R>> {
         let gamma = convert::<f64, R>(1.0 - std::f64::consts::FRAC_1_SQRT_2);
         let step = h * gamma;
-        let Model { start, stages: [_, [origin, ..]], .. } = &mut *self.model;
+        let Model { start, stages: [_, [origin, middle, ..]], .. } = &mut *self.model;
         origin.clone_from(start);
+        middle.clone_from(start);
         let first = self.stage(step, step, |_, v| v * step)?;
         let Model { start, velocity, stages: [_, [origin, middle, ..]], .. } = &mut *self.model;
         middle.clone_from(velocity);
@@ -277,10 +278,12 @@ where
             worst = worst.max(self.solve()?);
             let Model { assembly, velocity, pose, stages: [_, [_, before, ..]], .. } = &mut *self.model;
             let mut turned = R::zero();
-            for (node, (v, change)) in velocity.iter_mut().zip(&assembly.system.rhs).enumerate() {
+            for (((x, v), change), before) in
+                pose.iter_mut().zip(velocity).zip(&assembly.system.rhs).zip(before)
+            {
                 *v += *change;
                 turned = turned.max(angular(change).norm_squared());
-                pose[node] = at(before.get(node).unwrap_or(v), v);
+                *x = at(before, v);
             }
             if left == 0 || turned.sqrt() * step <= convert(FAR) {
                 break;
