@@ -10,7 +10,7 @@ use crate::formula::{Dialect, Formulas};
 use crate::kernel::{Kernel, Once, Preparation};
 use crate::optimize::{Optimized, optimize};
 pub use crate::options::Request;
-use crate::options::{Choice, one_of};
+use crate::options::{Choice, suggestion};
 use crate::outputs::{Axis, Extra, Part};
 use crate::plan::Mode;
 use crate::prepare::{self, Split};
@@ -94,19 +94,23 @@ pub fn compile_file(
             (definition, request)
         })
         .collect();
-    let errors: Vec<Diagnostic> = definitions
-        .iter()
-        .flat_map(|(own, request)| {
-            let valueless = valueless(own, request.parts());
-            let step = extras(file, own, request).err();
-            misfits(file, own, request, &definitions).into_iter().chain(valueless).chain(step)
-        })
-        .collect();
+    let (mut errors, mut beside) = (Vec::new(), Vec::new());
+    for (own, request) in &definitions {
+        errors.extend(misfits(file, own, request, &definitions));
+        errors.extend(valueless(own, request.parts()));
+        match extras(file, own, request) {
+            Ok(extras) => beside.push(extras),
+            Err(error) => errors.push(error),
+        }
+    }
     if !errors.is_empty() {
         return Err(Diagnostics::new(file.source.clone(), errors));
     }
-    let functions =
-        definitions.into_iter().map(|(definition, request)| stages(file, definition, request)).collect();
+    let functions = definitions.into_iter().zip(beside).map(|((mut definition, request), extras)| {
+        definition.graph.signature.extras = extras;
+        stages(file, definition, request)
+    });
+    let functions = functions.collect();
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
@@ -130,9 +134,7 @@ fn misfits(
         let functions = all.iter().filter(|(other, _)| stated.shared || other.name == definition.name);
         let candidates: Vec<(&str, String)> =
             functions.flat_map(|(own, request)| nameable(own, request)).collect();
-        let wanted = known.fixed.iter().map(|name| ("body", name));
-        let wanted = wanted.chain(known.set.iter().map(|(name, _)| ("parameter", name)));
-        for ((what, name), place) in wanted.zip(&stated.places) {
+        for ((what, name), place) in known.names().zip(&stated.places) {
             let own = candidates.iter().filter(|(kind, _)| *kind == what).map(|(_, name)| name.as_str());
             let own: Vec<&str> = own.collect();
             if own.contains(&name.as_str()) {
@@ -142,12 +144,7 @@ fn misfits(
                 if stated.shared { "no function here".to_owned() } else { format!("`{}`", definition.name) };
             let message = format!("no {what} `{name}`");
             let label = format!("{whose} has {}such a {what}", if stated.shared { "" } else { "no " });
-            let help =
-                suggest::did_you_mean(name, own.iter().copied()).unwrap_or_else(|| match own.as_slice() {
-                    [] => "leave it out".to_owned(),
-                    own => format!("write {}", one_of(own)),
-                });
-            errors.push(Diagnostic::error(*place, message, label).help(help));
+            errors.push(Diagnostic::error(*place, message, label).help(suggestion(name, &own)));
         }
     }
     errors
@@ -171,9 +168,9 @@ pub(crate) fn unknown<'f>(
     let bodies: Vec<&str> = signatures().flat_map(|s| &s.bodies).map(|body| body.name.as_str()).collect();
     let parameters = signatures().flat_map(|s| s.parameters.iter().chain(&s.extras));
     let parameters: Vec<&str> = parameters.map(|p| p.name.as_str()).collect();
-    let fixed = known.fixed.iter().map(|name| ("body", name, &bodies));
-    let wanted = fixed.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
-    let unknown = wanted.filter(|(_, name, names)| !names.contains(&name.as_str()));
+    let known =
+        known.names().map(|(what, name)| (what, name, if what == "body" { &bodies } else { &parameters }));
+    let unknown = known.filter(|(_, name, names)| !names.contains(&name.as_str()));
     let error = |(what, name, names): (&str, &String, &Vec<&str>)| {
         let error = Diagnostic::file(format!("no force function has a {what} `{name}`"));
         Diagnostic { help: suggest::did_you_mean(name, names.iter().copied()), ..error }
@@ -225,9 +222,8 @@ fn extras(
     Ok(extras)
 }
 
-fn stages(file: &syntax::ast::File, mut definition: Definition, request: Request) -> Stages {
+fn stages(file: &syntax::ast::File, definition: Definition, request: Request) -> Stages {
     let started = Instant::now();
-    definition.graph.signature.extras = extras(file, &definition, &request).unwrap_or_default();
     let plan = request.plan;
     let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
     let style = Style {

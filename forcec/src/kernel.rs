@@ -56,7 +56,7 @@ pub struct Once {
 impl Once {
     /// How many values there are.
     pub fn values(&self) -> usize {
-        self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature)).sum()
+        self.schedule.entries()
     }
 }
 
@@ -169,10 +169,7 @@ impl Kernel {
         let freedoms = self.schedule.signature.freedoms();
         let (outputs, nonzero) = match &self.packing {
             Some(packing) => (packing.places().count(), packing.nonzero),
-            None => {
-                let lengths = self.schedule.parts.iter().map(|part| part.length(&self.schedule.signature));
-                (lengths.sum(), self.schedule.nonzero)
-            }
+            None => (self.schedule.entries(), self.schedule.nonzero),
         };
         match &self.preparation {
             Preparation::Unasked => lines.push(format!("{}: {}.", operations(&count), counted(&count))),

@@ -359,11 +359,18 @@ impl OptionRow {
             return Err(Wrong { index, message, label: "no value of a parameter".to_owned(), help });
         }
         let values = (self.values)();
-        let help = suggest::did_you_mean(word, values.iter().copied())
-            .unwrap_or_else(|| format!("write {}", one_of(&values)));
+        let help = suggestion(word, &values);
         let message = format!("unknown {noun} `{word}`");
         Err(Wrong { index, message, label: format!("no such {noun}"), help })
     }
+}
+
+/// What to write in place of a name: the one that was meant, or else one that is known; nothing if none is.
+pub(crate) fn suggestion(name: &str, known: &[&str]) -> String {
+    suggest::did_you_mean(name, known.iter().copied()).unwrap_or_else(|| match known {
+        [] => "leave it out".to_owned(),
+        known => format!("write {}", one_of(known)),
+    })
 }
 
 /// `a`, `b` or `c`

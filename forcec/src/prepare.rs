@@ -63,15 +63,10 @@ fn rate(signature: &Signature, slot: Slot) -> Rate {
 fn rates(program: &Program) -> Vec<Rate> {
     let mut rates: Vec<Rate> = Vec::with_capacity(program.graph.len());
     for (_, node) in program.graph.iter() {
-        let slots = match node {
-            Node::Input(slot) => vec![*slot],
-            Node::Difference(first, second) => vec![*first, *second],
-            _ => vec![],
-        };
-        let slots = slots.into_iter().map(|slot| rate(&program.signature, slot));
+        let slots = node.slots().into_iter().map(|slot| rate(&program.signature, slot));
         let operands = node.operands().into_iter().map(|operand| rates[operand.index()]);
-        let own = slots.chain(operands.collect::<Vec<Rate>>()).max();
-        rates.push(own.unwrap_or(Rate::Known));
+        let own = slots.chain(operands).max().unwrap_or(Rate::Known);
+        rates.push(own);
     }
     rates
 }
@@ -178,11 +173,7 @@ impl Splitter<'_> {
         let signature = &whole.signature;
         let order: Vec<Id> = self.values.iter().copied().collect();
         let slots =
-            whole.graph.iter().filter(|(id, _)| needed[id.index()]).flat_map(|(_, node)| match node {
-                Node::Input(slot) => vec![*slot],
-                Node::Difference(first, second) => vec![*first, *second],
-                _ => vec![],
-            });
+            whole.graph.iter().filter(|(id, _)| needed[id.index()]).flat_map(|(_, node)| node.slots());
         let mut kept: Vec<usize> = slots
             .filter(|slot| signature.parameter(*slot).is_some() && signature.extra(*slot).is_none())
             .map(|slot| slot.argument as usize - signature.bodies.len())
@@ -262,11 +253,9 @@ impl Splitter<'_> {
         let mut sources = BTreeSet::new();
         while let Some(id) = pending.pop() {
             if seen.insert(id) {
-                match self.given.node(id) {
-                    Node::Input(slot) => _ = sources.insert(slot.argument),
-                    Node::Difference(first, second) => sources.extend([first.argument, second.argument]),
-                    node => pending.extend(node.operands()),
-                }
+                let node = self.given.node(id);
+                sources.extend(node.slots().into_iter().map(|slot| slot.argument));
+                pending.extend(node.operands());
             }
         }
         let bodies = self.whole.signature.bodies.len();

@@ -85,6 +85,15 @@ impl Node {
             Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => smallvec![*x, *y],
         }
     }
+
+    /// The entries of arguments it reads itself, in order.
+    pub fn slots(&self) -> SmallVec<[Slot; 2]> {
+        match self {
+            Node::Input(slot) => smallvec![*slot],
+            Node::Difference(first, second) => smallvec![*first, *second],
+            _ => smallvec![],
+        }
+    }
 }
 
 /// The arena.

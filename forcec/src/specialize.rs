@@ -47,6 +47,12 @@ impl Specialization {
         Ok(known)
     }
 
+    /// The names of all that is known, each with what it is of.
+    pub(crate) fn names(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let fixed = self.fixed.iter().map(|name| ("body", name));
+        fixed.chain(self.set.iter().map(|(name, _)| ("parameter", name)))
+    }
+
     /// Adds what else is known; of two values of a parameter the new one holds.
     pub(crate) fn add(&mut self, more: &Specialization) {
         let new = more.fixed.iter().filter(|body| !self.fixed.contains(body)).cloned().collect::<Vec<_>>();

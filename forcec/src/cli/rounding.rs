@@ -6,6 +6,7 @@ use crate::kernel::{Kernel, Precision};
 use crate::rounding::observed::{Comparison, compare};
 use crate::rounding::upward;
 use crate::states::Family;
+use crate::verify::render::columns;
 use serde_json::{Value, json};
 
 /// What stands side by side: states of order one and stiff ones, and the two families that are hard.
@@ -62,20 +63,7 @@ pub(super) fn table(kernels: &[&Kernel]) -> String {
         row.push(format!("{} of {}", count(|c| c.unbounded), count(|c| c.states)));
         rows.push(row);
     }
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
-    let mut text = String::new();
-    for row in &rows {
-        let cells = row.iter().zip(&widths).enumerate();
-        let cells = cells.map(
-            |(column, (cell, &width))| {
-                if column < 3 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
-            },
-        );
-        text.push_str(cells.collect::<Vec<String>>().join("  ").trim_end());
-        text.push('\n');
-    }
-    text
+    columns(&rows, |column| column < 3)
 }
 
 /// The same for programs.

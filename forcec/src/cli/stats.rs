@@ -1,11 +1,12 @@
 //! `forcec stats`: operations, lines, non-zeros and compile time of every kernel.
 
-use super::scene::{self, Full, Scene};
+use super::scene::{self, Scene};
 use super::{Input, Outcome, print};
 use crate::compile::Stages;
 use crate::kernel::{File, Precision, Target};
 use crate::layouts::Layout;
 use crate::targets::emit;
+use crate::verify::render::columns;
 use serde_json::{Value, json};
 
 #[derive(clap::Args)]
@@ -32,24 +33,23 @@ impl Stats {
             return print(&format!("{:#}\n", json!({ "kernels": kernels })));
         }
         let rows: Vec<Vec<String>> = functions.iter().map(|function| row(function)).collect();
-        print(&table(&COLUMNS, &rows))
+        print(&table(&COLUMNS, rows))
     }
 
     /// What the kernels of a scene cost beside those of everything, and what is left out.
     fn scene(&self, scene: &Scene) -> Outcome {
         let functions: Vec<&Stages> = scene.units.iter().flat_map(|unit| &unit.compiled.functions).collect();
-        let operations = |function: &Stages| function.kernel.schedule.operations().total();
+        let full: Vec<Option<(usize, usize)>> = scene.costs_of_full();
         if self.json {
-            let kernel = |(function, full): (&&Stages, &Full)| {
+            let kernel = |(function, full): (&&Stages, &Option<(usize, usize)>)| {
                 let mut row = row_json(function);
                 row["name"] = json!(function.kernel.name);
                 row["function"] = json!(function.definition.name);
-                row["entries"] = json!(scene::entries(function));
-                row["full"] =
-                    json!(full.cost.map(|(ops, entries)| json!({ "ops": ops, "entries": entries })));
+                row["entries"] = json!(function.kernel.schedule.entries());
+                row["full"] = json!(full.map(|(ops, entries)| json!({ "ops": ops, "entries": entries })));
                 row
             };
-            let kernels: Vec<Value> = functions.iter().zip(&scene.full).map(kernel).collect();
+            let kernels: Vec<Value> = functions.iter().zip(&full).map(kernel).collect();
             return print(&format!("{:#}\n", json!({ "kernels": kernels, "left_out": scene.left_out })));
         }
         let line = |name: &str, (ops, entries): (usize, usize), full: Option<(usize, usize)>| {
@@ -60,15 +60,14 @@ impl Stats {
         };
         let mut rows = Vec::new();
         let (mut own, mut all) = ((0, 0), (0, 0));
-        for (function, full) in functions.iter().zip(&scene.full) {
-            let cost = (operations(function), scene::entries(function));
+        for (function, full) in functions.iter().zip(full) {
+            let cost = scene::cost(function);
             own = (own.0 + cost.0, own.1 + cost.1);
-            let full = full.cost;
             all = full.map_or(all, |full| (all.0 + full.0, all.1 + full.1));
             rows.push(line(&function.kernel.name, cost, full));
         }
         rows.push(line("total", own, Some(all)));
-        let mut text = table(&["kernel", "operations", "of full", "saved", "outputs", "of full"], &rows);
+        let mut text = table(&["kernel", "operations", "of full", "saved", "outputs", "of full"], rows);
         if functions.iter().any(|function| function.kernel.layout == Layout::System) {
             text.push_str("\na kernel of the layout `system` also makes a step's matrix and impulse of F, dF/dX and dF/dV, which the full kernel leaves to others\n");
         }
@@ -91,22 +90,9 @@ fn saved(cost: usize, full: usize) -> String {
 }
 
 /// Rows below headings; the first column stands to the left.
-fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
-    let length = |text: &str| text.chars().count();
-    let width =
-        |k: usize| rows.iter().map(|row| length(&row[k])).chain([length(headings[k])]).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..headings.len()).map(width).collect();
-    let mut text = String::new();
-    let mut line = |cells: &mut dyn Iterator<Item = &str>| {
-        for (k, cell) in cells.enumerate() {
-            let width = widths[k];
-            text.push_str(&if k == 0 { format!("{cell:<width$}") } else { format!("  {cell:>width$}") });
-        }
-        text.push('\n');
-    };
-    line(&mut headings.iter().copied());
-    rows.iter().for_each(|row| line(&mut row.iter().map(String::as_str)));
-    text
+fn table(headings: &[&str], mut rows: Vec<Vec<String>>) -> String {
+    rows.insert(0, headings.iter().map(|&heading| heading.to_owned()).collect());
+    columns(&rows, |column| column == 0)
 }
 
 /// Lines of the C source of a kernel in double precision, and its entries that are not zero.

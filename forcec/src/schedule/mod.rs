@@ -278,6 +278,11 @@ pub fn schedule(program: &Program, style: Style) -> Schedule {
 }
 
 impl Schedule {
+    /// How many entries it writes.
+    pub fn entries(&self) -> usize {
+        self.parts.iter().map(|part| part.length(&self.signature)).sum()
+    }
+
     /// The operations written in the statements; those of a loop count as often as it runs.
     pub fn operations(&self) -> Operations {
         let count = |part: &Part| part.shape(&self.signature).1;

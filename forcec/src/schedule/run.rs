@@ -16,7 +16,7 @@ impl Schedule {
         let shape = |part: &Part| part.shape(&self.signature);
         let length = |part: &Part| part.length(&self.signature);
         let zero = || N::exact(&Exact::ZERO);
-        let mut outputs: Vec<Option<N>> = vec![self.adds.then(zero); self.parts.iter().map(length).sum()];
+        let mut outputs: Vec<Option<N>> = vec![self.adds.then(zero); self.entries()];
         let at = |part: Part, row: usize, column: usize| {
             let before = self.parts.iter().take_while(|other| **other != part);
             before.map(length).sum::<usize>() + row * shape(&part).1 + column

@@ -6,9 +6,8 @@
 use super::ast;
 use super::attributes::Stated;
 use super::reader::Reader;
-use crate::options::{OPTIONS, OptionRow, Takes, one_of};
+use crate::options::{OPTIONS, OptionRow, Takes, suggestion};
 use crate::span::Span;
-use crate::suggest;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;
@@ -170,8 +169,7 @@ impl Reader<'_> {
         }
         let names = OPTIONS.iter().map(|row| row.name).filter(|name| !ELSEWHERE.contains(name));
         let known: Vec<&str> = flags.iter().copied().chain(names).collect();
-        let help = suggest::did_you_mean(text, known.iter().copied())
-            .unwrap_or_else(|| format!("write {}", one_of(&known)));
+        let help = suggestion(text, &known);
         self.error_help(
             place,
             format!("unknown option `{text}`"),

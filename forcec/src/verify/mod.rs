@@ -13,7 +13,7 @@ mod invariants;
 mod mutate;
 mod oracle;
 pub mod probe;
-mod render;
+pub(crate) mod render;
 mod report;
 pub(crate) mod source;
 pub(crate) mod tape;

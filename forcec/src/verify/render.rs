@@ -29,23 +29,7 @@ pub fn table(reports: &[Report]) -> String {
     rows.extend(reports.iter().map(|report| line(report, &parts)));
     // Words stand to the left, numbers to the right.
     let words = rows[0].len() - physics.len();
-    let mut widths = vec![0; rows[0].len()];
-    for row in &rows {
-        for (width, cell) in widths.iter_mut().zip(row) {
-            *width = (*width).max(cell.chars().count());
-        }
-    }
-    let mut text = String::new();
-    for row in &rows {
-        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, width))| {
-            let left = !(2..words).contains(&column);
-            let gap = " ".repeat(width - cell.chars().count());
-            if left { format!("{cell}{gap}") } else { format!("{gap}{cell}") }
-        });
-        let cells: Vec<String> = cells.collect();
-        text.push_str(cells.join("  ").trim_end());
-        text.push('\n');
-    }
+    let mut text = columns(&rows, |column| !(2..words).contains(&column));
     for report in reports.iter().filter(|report| !report.passed) {
         text.push('\n');
         details(&mut text, report);
@@ -62,6 +46,22 @@ pub fn table(reports: &[Report]) -> String {
                 family.unresolved
             );
         }
+    }
+    text
+}
+
+/// Rows of cells below each other; those of some columns stand to the left, others to the right.
+pub(crate) fn columns(rows: &[Vec<String>], left: impl Fn(usize) -> bool) -> String {
+    let count = rows.first().map_or(0, Vec::len);
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..count).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| {
+            if left(column) { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+        });
+        text.push_str(cells.collect::<Vec<String>>().join("  ").trim_end());
+        text.push('\n');
     }
     text
 }

@@ -5,7 +5,8 @@
 
 mod read;
 
-use super::{Failure, Progress, colour, complain};
+use super::input::warn;
+use super::{Failure, Progress, colour};
 use crate::bodies::Parameter;
 use crate::check::check;
 use crate::compile::{self, Compiled, Stages};
@@ -14,8 +15,9 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::files::{self, Unit};
 use crate::identifiers::{Target, defined_for};
 use crate::layouts::Layout;
-use crate::options::{Choice, Request, one_of};
+use crate::options::{Choice, Request, suggestion};
 use crate::outputs::Part;
+use crate::plan::Plan;
 use crate::span::{Source, Span};
 use crate::suggest;
 use crate::syntax::{self, ast};
@@ -30,18 +32,12 @@ pub(super) struct Scene {
     pub(super) request: Request,
     /// The kernels, by force file.
     pub(super) units: Vec<Unit>,
-    /// What the kernels are beside those of everything, in the order of the kernels.
-    pub(super) full: Vec<Full>,
+    /// How the full kernel that one stands for is made, in the order of the kernels; none if another one stands for it already.
+    full: Vec<Option<Plan>>,
     /// Functions of the force files of which no kernel is wanted.
     pub(super) left_out: Vec<String>,
     /// How many kernels were asked for more than once.
     pub(super) again: usize,
-}
-
-/// The full kernel that one of a scene stands for.
-pub(super) struct Full {
-    /// Its operations, and the entries it writes; none if another kernel of the scene stands for it already.
-    pub(super) cost: Option<(usize, usize)>,
 }
 
 /// A force file, read and checked.
@@ -50,7 +46,7 @@ struct Force {
     file: ast::File,
     definitions: Vec<Definition>,
     kernels: Vec<Stages>,
-    full: Vec<Full>,
+    full: Vec<Option<Plan>>,
 }
 
 /// Reads a scene, and compiles what it needs.
@@ -140,10 +136,9 @@ pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
                     errors.push(Diagnostic::error(place, message, "the second of them").help(help));
                 }
                 None => {
-                    asked.push((index, title, request.clone()));
-                    let cost = (number == 0).then(|| cost_of_full(&force.file, name, &request)).flatten();
-                    force.full.push(Full { cost });
+                    force.full.push((number == 0).then_some(request.plan));
                     force.kernels.push(kernel);
+                    asked.push((index, title, request));
                 }
             }
         }
@@ -213,10 +208,7 @@ fn forces(named: &[(String, Span)], folder: &Path, source: &Source) -> Result<Ve
         let checked = syntax::parse(&source).and_then(|file| Ok((check(&file)?, file)));
         match checked {
             Ok((checked, file)) => {
-                if !checked.warnings.is_empty() {
-                    let warnings = Diagnostics::new(source, checked.warnings);
-                    complain(&(warnings.render(colour()) + "\n"));
-                }
+                warn(&source, &checked.warnings);
                 let definitions = checked.definitions;
                 forces.push(Force { path, file, definitions, kernels: Vec::new(), full: Vec::new() });
             }
@@ -241,14 +233,9 @@ fn find(forces: &[Force], name: &str, at: Span, errors: &mut Vec<Diagnostic>) ->
         [one] => return Some(*one),
         [] => {
             let names: Vec<&str> = all.map(|(.., own)| own).collect();
-            let help = suggest::did_you_mean(name, names.iter().copied())
-                .unwrap_or_else(|| format!("write {}", one_of(&names)));
-            let error = Diagnostic::error(
-                at,
-                format!("no force function `{name}`"),
-                "none of the force files has it",
-            );
-            errors.push(error.help(help));
+            let message = format!("no force function `{name}`");
+            let error = Diagnostic::error(at, message, "none of the force files has it");
+            errors.push(error.help(suggestion(name, &names)));
         }
         several => {
             let files: Vec<String> =
@@ -267,19 +254,13 @@ fn misfits(definition: &Definition, stated: &Stated, entry: &Entry) -> Vec<Diagn
     let Choice::Known(known) = &stated.choice else { return Vec::new() };
     let mut errors = Vec::new();
     let own = |what: &str| -> Vec<String> { names(definition, what, entry) };
-    let wanted = known.fixed.iter().map(|name| ("body", name));
-    let wanted = wanted.chain(known.set.iter().map(|(name, _)| ("parameter", name)));
-    for ((what, name), place) in wanted.zip(&stated.places) {
+    for ((what, name), place) in known.names().zip(&stated.places) {
         let own = own(what);
         let own: Vec<&str> = own.iter().map(String::as_str).collect();
         if !own.contains(&name.as_str()) {
             let label = format!("`{}` has no such {what}", definition.name);
-            let help =
-                suggest::did_you_mean(name, own.iter().copied()).unwrap_or_else(|| match own.as_slice() {
-                    [] => "leave it out".to_owned(),
-                    own => format!("write {}", one_of(own)),
-                });
-            errors.push(Diagnostic::error(*place, format!("no {what} `{name}`"), label).help(help));
+            let error = Diagnostic::error(*place, format!("no {what} `{name}`"), label);
+            errors.push(error.help(suggestion(name, &own)));
         }
         let parameter = definition.graph.signature.parameters.iter().find(|own| own.name == *name);
         let fits = parameter.map(|parameter: &Parameter| known.give(&mut parameter.clone()));
@@ -333,8 +314,8 @@ fn nowhere<'d>(
         signatures.clone().flat_map(|signature| &signature.bodies).map(|body| body.name.as_str()).collect();
     let parameters = signatures.flat_map(|signature| &signature.parameters).map(|p| p.name.as_str());
     let parameters: Vec<&str> = parameters.chain(["step"]).collect();
-    let wanted = known.fixed.iter().map(|name| ("body", name, &bodies));
-    let wanted = wanted.chain(known.set.iter().map(|(name, _)| ("parameter", name, &parameters)));
+    let known = known.names();
+    let wanted = known.map(|(what, name)| (what, name, if what == "body" { &bodies } else { &parameters }));
     let unknown = wanted.zip(&stated.places).filter(|((_, name, names), _)| !names.contains(&name.as_str()));
     let error = |((what, name, names), place): ((&str, &String, &Vec<&str>), &Span)| {
         let label = "none of the force functions has it";
@@ -344,15 +325,23 @@ fn nowhere<'d>(
     unknown.map(error).collect()
 }
 
-/// Operations and entries of the dense kernel of everything, made in the same mode.
-fn cost_of_full(file: &ast::File, name: &str, request: &Request) -> Option<(usize, usize)> {
-    let full = Request { plan: request.plan, settled: true, ..Request::default() };
-    let compiled = compile::compile_file(file, &|own| own == name, full).ok()?;
-    compiled.functions.first().map(|full| (full.kernel.schedule.operations().total(), entries(full)))
+impl Scene {
+    /// What the full kernels cost, made in the same mode; none if another kernel of the scene stands for one already.
+    pub(super) fn costs_of_full(&self) -> Vec<Option<(usize, usize)>> {
+        let kernels = self.units.iter().flat_map(|unit| {
+            unit.compiled.functions.iter().map(|function| (&unit.compiled.source, &function.definition.name))
+        });
+        let cost = |((source, name), plan): ((&Source, &String), &Option<Plan>)| {
+            let full = Request { plan: (*plan)?, settled: true, ..Request::default() };
+            let compiled = compile::compile(source, &|own| own == name, full).ok()?;
+            compiled.functions.first().map(cost)
+        };
+        kernels.zip(&self.full).map(cost).collect()
+    }
 }
 
-/// The entries that a kernel writes.
-pub(super) fn entries(function: &Stages) -> usize {
+/// The operations of a kernel, and the entries it writes.
+pub(super) fn cost(function: &Stages) -> (usize, usize) {
     let schedule = &function.kernel.schedule;
-    schedule.parts.iter().map(|part| part.length(&schedule.signature)).sum()
+    (schedule.operations().total(), schedule.entries())
 }

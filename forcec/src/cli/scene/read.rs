@@ -2,10 +2,9 @@
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::layouts::Layout;
-use crate::options::{Choice, OPTIONS, OptionRow, Takes, one_of};
+use crate::options::{Choice, OPTIONS, OptionRow, Takes, one_of, suggestion};
 use crate::outputs::Part;
 use crate::span::{Source, Span};
-use crate::suggest;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -198,8 +197,7 @@ impl Reader {
         let found = INTEGRATORS.iter().find(|row| row.name == name);
         if found.is_none() {
             let names = INTEGRATORS.each_ref().map(|row| row.name);
-            let help =
-                suggest::did_you_mean(&name, names).unwrap_or_else(|| format!("write {}", one_of(&names)));
+            let help = suggestion(&name, &names);
             self.wrong(at, format!("unknown integrator `{name}`"), "no such integrator", help);
         }
         found.map(|integrator| (integrator, at))
@@ -237,8 +235,7 @@ impl Reader {
                 None => {
                     let names = OPTIONS.iter().map(|row| row.name).filter(|name| !elsewhere.contains(name));
                     let known: Vec<&str> = own.iter().copied().chain(names).collect();
-                    let help = suggest::did_you_mean(name, known.iter().copied())
-                        .unwrap_or_else(|| format!("write {}", one_of(&known)));
+                    let help = suggestion(name, &known);
                     self.wrong(at, format!("unknown key `{name}`"), "nothing a scene says here", help);
                 }
             }
