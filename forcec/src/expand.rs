@@ -14,7 +14,7 @@ use crate::outputs::Part;
 use crate::span::{Source, Span};
 use crate::syntax::{self, ast};
 use crate::targets::rust::{body_type, kernel_module, module_name};
-use crate::ties::ties;
+use crate::ties::{COMPANIONS, ties};
 use proc_macro2::{Delimiter, Group, Ident, Literal, Spacing, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
 use std::collections::HashMap;
@@ -307,31 +307,38 @@ fn compiled(items: &[syn::Item], tokens: TokenStream, reading: &Reading<'_>) -> 
 /// The force functions of a file.
 struct Functions {
     forces: Vec<Stages>,
-    /// The values of those that have one, by which a world knows its energy and its gaps.
-    values: HashMap<String, Stages>,
+    /// The same with other results, of those that the runtime calls, by their rows in `COMPANIONS`.
+    companions: HashMap<String, [Option<Stages>; 3]>,
 }
 
 impl Functions {
     fn compile(file: &ast::File, request: &Request) -> Result<Functions, Diagnostics> {
         let forces = compile_file(file, &|_| true, request.clone())?.functions;
-        // Functions of which the same is wanted are compiled together.
-        let mut wanted: Vec<(Request, Vec<&str>)> = Vec::new();
-        for stages in forces.iter().filter(|stages| is_tied(stages) && stages.definition.law.rows() > 0) {
-            let name = stages.definition.name.as_str();
-            let own = file.function(name).map(ast::Function::choices);
-            let own = request.of(own.into_iter().flatten());
-            let request = Request { outputs: vec![Part::Value], settled: true, ..own };
-            match wanted.iter_mut().find(|(other, _)| *other == request) {
-                Some((_, names)) => names.push(name),
-                None => wanted.push((request, vec![name])),
+        let mut companions: HashMap<String, [Option<Stages>; 3]> = HashMap::new();
+        for (row, companion) in COMPANIONS.iter().enumerate() {
+            // Functions of which the same is wanted are compiled together.
+            let mut wanted: Vec<(Request, Vec<&str>)> = Vec::new();
+            let has_it = |stages: &&Stages| {
+                is_tied(stages) && (stages.definition.law.rows() > 0 || !companion.of_values)
+            };
+            for stages in forces.iter().filter(has_it) {
+                let name = stages.definition.name.as_str();
+                let own = file.function(name).map(ast::Function::choices);
+                let own = request.of(own.into_iter().flatten());
+                let request = Request { outputs: companion.outputs.to_vec(), settled: true, ..own };
+                match wanted.iter_mut().find(|(other, _)| *other == request) {
+                    Some((_, names)) => names.push(name),
+                    None => wanted.push((request, vec![name])),
+                }
+            }
+            for (request, names) in wanted {
+                for stages in compile_file(file, &|name| names.contains(&name), request)?.functions {
+                    let name = stages.definition.name.clone();
+                    companions.entry(name).or_default()[row] = Some(stages);
+                }
             }
         }
-        let mut values = HashMap::new();
-        for (request, names) in wanted {
-            let functions = compile_file(file, &|name| names.contains(&name), request)?.functions;
-            values.extend(functions.into_iter().map(|stages| (stages.definition.name.clone(), stages)));
-        }
-        Ok(Functions { forces, values })
+        Ok(Functions { forces, companions })
     }
 }
 
@@ -354,7 +361,7 @@ fn kernels(
 ) -> TokenStream {
     let inner = format_ident!("forcec_{}", name.trim_start_matches("r#"));
     let (mut modules, mut names) = (TokenStream::new(), TokenStream::new());
-    let mut values = TokenStream::new();
+    let mut others: [TokenStream; 3] = Default::default();
     let mut bodies: Vec<Ident> = Vec::new();
     let mut several: Vec<String> = Vec::new();
     let parsed = |text: &str| {
@@ -369,10 +376,11 @@ fn kernels(
         }
         for precision in precisions {
             modules.extend(parsed(&kernel_module(kernel, precision)));
-            if is_tied(function) {
-                let value = functions.values.get(source);
-                values.extend(value.map(|value| parsed(&kernel_module(&value.kernel, precision))));
-                modules.extend(ties(function, value, precision));
+            if let Some(companions) = functions.companions.get(source) {
+                for (modules, companion) in others.iter_mut().zip(companions) {
+                    modules.extend(companion.iter().map(|it| parsed(&kernel_module(&it.kernel, precision))));
+                }
+                modules.extend(ties(function, companions, precision));
             }
             let module = format_ident!("{}", module_name(kernel, precision));
             let visibility = visibilities.get(source);
@@ -396,15 +404,18 @@ fn kernels(
             }
         }
     }
-    let values = (!values.is_empty()).then(|| {
+    let others = COMPANIONS.iter().zip(&others).filter(|(_, modules)| !modules.is_empty());
+    let others = others.map(|(companion, modules)| {
+        let name = format_ident!("{}", companion.module);
         quote! {
             #[allow(dead_code, reason = "only what a world needs of them is called")]
-            mod values {
+            mod #name {
                 use super::{#(#bodies),*};
-                #values
+                #modules
             }
         }
     });
+    let others = others.collect::<TokenStream>();
     let several = several.iter().map(|text| parsed(text));
     let bodies = (!bodies.is_empty()).then(|| quote!(use ::forcec_runtime::{#(#bodies),*};));
     quote! {
@@ -413,7 +424,7 @@ fn kernels(
             #bodies
             #(#several)*
             #modules
-            #values
+            #others
         }
     }
 }

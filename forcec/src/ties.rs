@@ -1,18 +1,38 @@
 //! What ties a kernel to the runtime: the implementation of its traits, which stands beside the kernel's module.
 //!
-//! In: a force function, compiled, and its value alone where it has one. Out: tokens of `impl`s.
+//! In: a force function, compiled, and its companions: kernels of the same function with other results. Out: tokens of
+//! `impl`s.
 
 use crate::bodies::{BodyKind, Signature};
 use crate::compile::Stages;
 use crate::definition::Law;
 use crate::identifiers::{Arguments, Target};
 use crate::kernel::Precision;
+use crate::outputs::Part;
 use crate::targets::rust::module_name;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
+/// A kernel of the same function with other results, for what a world does not need the derivatives apart for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Companion {
+    /// The module that holds those of all functions.
+    pub(crate) module: &'static str,
+    pub(crate) outputs: &'static [Part],
+    /// Whether only functions with a value have it.
+    pub(crate) of_values: bool,
+}
+
+/// What a world measures, what an explicit method takes, and what an implicit step takes.
+pub(crate) const COMPANIONS: [Companion; 3] = [
+    Companion { module: "forcec_values", outputs: &[Part::Value], of_values: true },
+    Companion { module: "forcec_loads", outputs: &[Part::Force], of_values: false },
+    Companion { module: "forcec_steps", outputs: &[Part::Force, Part::Matrix], of_values: false },
+];
+
 /// The implementation of the runtime's traits by a kernel.
-pub(crate) fn ties(function: &Stages, value: Option<&Stages>, precision: Precision) -> TokenStream {
+pub(crate) fn ties(function: &Stages, companions: &[Option<Stages>; 3], precision: Precision) -> TokenStream {
+    let [value, force, step] = companions.each_ref().map(Option::as_ref);
     let kernel = &function.kernel;
     let signature = &kernel.schedule.signature;
     let module = format_ident!("{}", module_name(kernel, precision));
@@ -23,7 +43,11 @@ pub(crate) fn ties(function: &Stages, value: Option<&Stages>, precision: Precisi
         let array = format_ident!("{}", if body.kind == BodyKind::RIGID { "rigid" } else { "particles" });
         quote!(&bodies.#array[indices[#k]],)
     });
-    let measure = value.map(|value| measure(value, &arguments.clone().collect::<Vec<_>>(), precision));
+    let arguments = arguments.collect::<Vec<_>>();
+    let measure = value.map(|value| measure(value, &arguments, precision));
+    let [force, step] = [(force, 1), (step, 2)].map(|(companion, row)| {
+        companion.map(|companion| other(companion, &COMPANIONS[row], &arguments, precision))
+    });
     let numbers = numbers(function, precision);
     let (params, pass, knows) = if !signature.has_given() {
         (quote!(()), quote!(), quote!())
@@ -47,6 +71,7 @@ pub(crate) fn ties(function: &Stages, value: Option<&Stages>, precision: Precisi
             const DFDX_NONZERO: &'static [&'static str] = &#module::DFDX_NONZERO;
             const DFDV_NONZERO: &'static [&'static str] = &#module::DFDV_NONZERO;
 
+            #[inline]
             fn evaluate(
                 &mut self,
                 bodies: &::forcec_runtime::Bodies<'_, #real>,
@@ -69,6 +94,8 @@ pub(crate) fn ties(function: &Stages, value: Option<&Stages>, precision: Precisi
             }
 
             #measure
+            #force
+            #step
             #numbers
         }
         #knows
@@ -81,14 +108,7 @@ fn measure(value: &Stages, arguments: &[TokenStream], precision: Precision) -> T
     let module = format_ident!("{}", module_name(&value.kernel, precision));
     let real = format_ident!("{}", precision.name());
     let count = signature.bodies.len();
-    let names = field_names(signature);
-    let pass =
-        signature.has_given().then(|| quote!(&values::#module::Params { #(#names: params.#names),* },));
-    let (unused, params) = if pass.is_some() {
-        (quote!(params), quote!(#module::Params))
-    } else {
-        (quote!(_params), quote!(()))
-    };
+    let Passed { place, unused, params, pass } = Passed::new(value, &COMPANIONS[0], precision);
     let result = match value.definition.law {
         Law::Constraint { unilateral, per_row, .. } => {
             let side = unilateral.then(|| quote!(.min(0.0)));
@@ -119,15 +139,79 @@ fn measure(value: &Stages, arguments: &[TokenStream], precision: Precision) -> T
     quote! {
         const HAS_POTENTIAL: bool = true;
 
+        #[inline]
         fn measure(
             bodies: &::forcec_runtime::Bodies<'_, #real>,
             indices: [usize; #count],
             #unused: &#params,
         ) -> ::forcec_runtime::Measure<#real> {
-            let mut out = values::#module::Output::default();
-            values::#module::evaluate(#(#arguments)* #pass &mut out);
+            let mut out = #place::#module::Output::default();
+            #place::#module::evaluate(#(#arguments)* #pass &mut out);
             #result
         }
+    }
+}
+
+/// F alone, or with the matrix of a step.
+fn other(
+    companion: &Stages,
+    row: &Companion,
+    arguments: &[TokenStream],
+    precision: Precision,
+) -> TokenStream {
+    let module = format_ident!("{}", module_name(&companion.kernel, precision));
+    let real = format_ident!("{}", precision.name());
+    let count = arguments.len();
+    let Passed { place, unused, params, pass } = Passed::new(companion, row, precision);
+    let in_place = quote! {
+        bodies: &::forcec_runtime::Bodies<'_, #real>,
+        indices: [usize; #count],
+        #unused: &#params
+    };
+    if row.outputs.contains(&Part::Matrix) {
+        quote! {
+            type Step = #place::#module::Output;
+
+            #[inline]
+            fn evaluate_step<'a>(out: &'a mut Self::Step, #in_place, step: #real) -> (&'a [#real], &'a [#real]) {
+                #place::#module::evaluate(#(#arguments)* #pass step, out);
+                (&out.force, out.matrix.as_flattened())
+            }
+        }
+    } else {
+        quote! {
+            type Force = #place::#module::Output;
+
+            #[inline]
+            fn evaluate_force<'a>(out: &'a mut Self::Force, #in_place) -> &'a [#real] {
+                #place::#module::evaluate(#(#arguments)* #pass out);
+                &out.force
+            }
+        }
+    }
+}
+
+/// How parameters of a kernel are passed on to a companion.
+struct Passed {
+    /// The module of companions.
+    place: Ident,
+    /// The argument's name, its type, and what is passed.
+    unused: TokenStream,
+    params: TokenStream,
+    pass: Option<TokenStream>,
+}
+
+impl Passed {
+    fn new(companion: &Stages, row: &Companion, precision: Precision) -> Passed {
+        let signature = &companion.kernel.schedule.signature;
+        let module = format_ident!("{}", module_name(&companion.kernel, precision));
+        let place = format_ident!("{}", row.module);
+        let names = field_names(signature);
+        let given = signature.has_given();
+        let pass = given.then(|| quote!(&#place::#module::Params { #(#names: params.#names),* },));
+        let (unused, params) =
+            if given { (quote!(params), quote!(#module::Params)) } else { (quote!(_params), quote!(())) };
+        Passed { place, unused, params, pass }
     }
 }
 
@@ -174,10 +258,12 @@ fn numbers(function: &Stages, precision: Precision) -> TokenStream {
     });
     let (empty, fill): (Vec<TokenStream>, Vec<TokenStream>) = reads.unzip();
     quote! {
+        #[inline]
         fn write_params(params: &#module::Params, numbers: &mut ::std::vec::Vec<#real>) {
             #(#writes)*
         }
 
+        #[inline]
         fn read_params(
             numbers: &mut dyn ::core::iter::Iterator<Item = #real>,
         ) -> ::core::option::Option<#module::Params> {

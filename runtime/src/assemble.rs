@@ -1,13 +1,15 @@
 //! Assembly: forces and derivatives of an island's batches and bodies, added up into the system of a step.
 //!
-//! In go bodies and what kernels give; out come f, M − hγ D − s K in blocks, where asked for K apart from it and K v. Where
-//! a step has failed, a guard tames the derivatives of each force before they are added.
+//! In go bodies and what kernels give; out come f, where asked for M − hγ D − s K in blocks, K apart from it and K v. Kernels
+//! compute no more than that takes. Where a step has failed, a guard tames the derivatives of each force before they are
+//! added.
 
+use crate::block::Block;
 use crate::bodies::Rigid;
-use crate::kernel::{Bodies, BodyKind};
+use crate::kernel::{Bodies, BodyKind, Kernel};
 use crate::sparse::System;
 use crate::store::Store;
-use nalgebra::{DMatrix, Matrix3, RealField, SMatrix, SVector, Vector3, Vector6, convert};
+use nalgebra::{DMatrix, Matrix3, RealField, SVector, Vector3, Vector6, convert};
 
 /// What is done to a force whose exact derivatives led nowhere.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,7 +29,7 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     /// M − `damping` D − `stiffness` K
     pub(crate) system: System<R, D>,
     /// K apart, block by block as in the system; empty unless a method asks for it.
-    pub(crate) tangent: Vec<SMatrix<R, D, D>>,
+    pub(crate) tangent: Vec<Block<R, D>>,
     /// F of each node.
     pub(crate) force: Vec<SVector<R, D>>,
     /// K v of each node.
@@ -52,9 +54,11 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     pub(crate) swamped: bool,
 }
 
-/// What of an assembly is wanted beside f and the matrix.
+/// What of an assembly is wanted beside f.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Wants {
+    /// The matrix; what stands there else stays as it was.
+    pub(crate) matrix: bool,
     /// The derivatives of gyroscopic torque and turning inertia.
     pub(crate) exact: bool,
     /// K v.
@@ -86,16 +90,35 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
     }
 }
 
-/// Force and derivatives of one force, the bodies in argument order.
+/// What is to be computed of each force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Need {
+    /// F
+    Force,
+    /// F, and `damping` ∂F/∂V + `damping`² ∂F/∂X
+    Step,
+    /// F and its derivatives.
+    Derivatives,
+}
+
+/// Derivatives of a force, each row by row.
+#[derive(Clone, Copy)]
+pub(crate) enum Derivatives<'a, R> {
+    None,
+    /// `damping` ∂F/∂V + `damping`² ∂F/∂X
+    Step(&'a [R]),
+    /// ∂F/∂X and ∂F/∂V
+    Apart(&'a [R], &'a [R]),
+}
+
+/// What one force gives, the bodies in argument order.
+#[derive(Clone, Copy)]
 pub(crate) struct Local<'a, R> {
-    pub(crate) kinds: &'static [BodyKind],
     pub(crate) indices: &'a [usize],
     /// Where the blocks of the bodies' pairs lie in the system.
     pub(crate) places: &'a [u32],
     pub(crate) force: &'a [R],
-    pub(crate) dfdx: &'a [R],
-    pub(crate) dfdv: &'a [R],
-    pub(crate) has_potential: bool,
+    pub(crate) derivatives: Derivatives<'a, R>,
 }
 
 /// Stands for a block that is in no system.
@@ -104,33 +127,61 @@ pub(crate) const NOWHERE: u32 = u32::MAX;
 impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     /// Empties the sums.
     pub(crate) fn clear(&mut self) {
-        self.system.clear();
-        for vectors in [&mut self.force, &mut self.drift, &mut self.driven] {
-            vectors.fill(SVector::zeros());
+        self.force.fill(SVector::zeros());
+        if self.wants.matrix {
+            self.system.clear();
+        }
+        if self.wants.drift {
+            self.drift.fill(SVector::zeros());
+            self.driven.fill(SVector::zeros());
         }
         if self.wants.tangent {
-            self.tangent.resize(self.system.blocks.len(), SMatrix::zeros());
-            self.tangent.fill(SMatrix::zeros());
+            self.tangent.resize(self.system.blocks.len(), Block::zeros());
+            self.tangent.fill(Block::zeros());
         }
         self.power = R::zero();
         self.capped = R::zero();
         self.swamped = false;
     }
 
-    /// Adds one force.
-    #[inline]
-    pub(crate) fn add(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
-        match self.guard {
-            Guard::None => self.add_exact(bodies, local),
-            Guard::SemiDefinite => self.add_guarded(bodies, local, None),
-            Guard::Capped(most) => self.add_guarded(bodies, local, Some(most)),
+    /// What is to be computed of each force.
+    pub(crate) fn need(&self) -> Need {
+        let Wants { matrix, drift, tangent, .. } = self.wants;
+        if self.guard != Guard::None || drift || tangent {
+            Need::Derivatives
+        } else if !matrix {
+            Need::Force
+        } else if self.stiffness == self.damping * self.damping {
+            Need::Step
+        } else {
+            Need::Derivatives
         }
     }
 
-    fn add_guarded(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>, most: Option<R>) {
-        let order = local.force.len();
-        let mut dfdx = semi_definite(local.dfdx, order);
-        let (mut dfdv, mut force) = (local.dfdv.to_vec(), local.force.to_vec());
+    /// Adds one force.
+    #[inline]
+    pub(crate) fn add<K: Kernel<Real = R>>(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
+        match (self.guard, local.derivatives) {
+            (Guard::SemiDefinite, Derivatives::Apart(dfdx, dfdv)) => {
+                self.add_guarded::<K>(bodies, local, [dfdx, dfdv], None);
+            }
+            (Guard::Capped(most), Derivatives::Apart(dfdx, dfdv)) => {
+                self.add_guarded::<K>(bodies, local, [dfdx, dfdv], Some(most));
+            }
+            _ => self.add_exact::<K>(bodies, local),
+        }
+    }
+
+    fn add_guarded<K: Kernel<Real = R>>(
+        &mut self,
+        bodies: &Bodies<'_, R>,
+        local: &Local<'_, R>,
+        [dfdx, dfdv]: [&[R]; 2],
+        most: Option<R>,
+    ) {
+        let order = K::FREEDOMS;
+        let mut dfdx = semi_definite(dfdx, order);
+        let (mut dfdv, mut force) = (dfdv.to_vec(), local.force.to_vec());
         let largest = dfdx.iter().fold(R::zero(), |most, x| most.max(x.abs()));
         if let Some(most) = most.filter(|&most| largest > most) {
             let scale = most / largest;
@@ -139,24 +190,25 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
                 numbers.iter_mut().for_each(|x| *x *= scale);
             }
         }
-        self.add_exact(bodies, &Local { force: &force, dfdx: &dfdx, dfdv: &dfdv, ..*local });
+        let derivatives = Derivatives::Apart(&dfdx, &dfdv);
+        self.add_exact::<K>(bodies, &Local { force: &force, derivatives, ..*local });
     }
 
     #[inline]
-    fn add_exact(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
-        let order = local.force.len();
-        let count = local.kinds.len();
+    fn add_exact<K: Kernel<Real = R>>(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
+        let order = K::FREEDOMS;
+        let count = K::BODIES.len();
         let mut row = 0;
-        for (i, (&kind, &index)) in local.kinds.iter().zip(local.indices).enumerate() {
+        for (i, (&kind, &index)) in K::BODIES.iter().zip(local.indices).enumerate() {
             let height = kind.freedoms();
             let node = self.nodes[kind as usize][index];
-            if !local.has_potential || node.is_none() {
+            if !K::HAS_POTENTIAL || node.is_none() {
                 let velocity = velocity(bodies, kind, index);
                 let power = (0..height).fold(R::zero(), |sum, k| sum + local.force[row + k] * velocity[k]);
                 // A body that is moved gives what the force takes from it.
                 match node {
                     Some(_) => self.power += power,
-                    None if local.has_potential => self.power -= power,
+                    None if K::HAS_POTENTIAL => self.power -= power,
                     None => {}
                 }
             }
@@ -164,32 +216,23 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
                 row += height;
                 continue;
             };
-            for k in 0..height {
-                self.force[node][k] += local.force[row + k];
+            for (sum, &force) in self.force[node].iter_mut().zip(&local.force[row..][..height]) {
+                *sum += force;
+            }
+            if self.wants.drift {
+                self.add_drift::<K>(bodies, local, node, row, i);
             }
             let mut column = 0;
-            for (j, (&other, &index)) in local.kinds.iter().zip(local.indices).enumerate() {
-                let at = row * order + column;
-                let place = local.places[i * count + j];
-                if self.wants.drift {
-                    let velocity = velocity(bodies, other, index);
-                    for k in 0..height {
-                        let entries = &local.dfdx[at + k * order..][..other.freedoms()];
-                        let sum =
-                            entries.iter().zip(velocity.iter()).fold(R::zero(), |sum, (&k, &v)| sum + k * v);
-                        self.drift[node][k] += sum;
-                        if place == NOWHERE {
-                            self.driven[node][k] += sum;
-                        }
-                    }
-                }
+            for (&other, &place) in K::BODIES.iter().zip(&local.places[i * count..]) {
                 if place != NOWHERE {
-                    let block = (place as usize, at, order);
+                    let block = (place as usize, row * order + column);
                     match (kind, other) {
-                        (BodyKind::Rigid, BodyKind::Rigid) => self.add_block::<6, 6>(block, local),
-                        (BodyKind::Rigid, BodyKind::Particle) => self.add_block::<6, 3>(block, local),
-                        (BodyKind::Particle, BodyKind::Rigid) => self.add_block::<3, 6>(block, local),
-                        (BodyKind::Particle, BodyKind::Particle) => self.add_block::<3, 3>(block, local),
+                        (BodyKind::Rigid, BodyKind::Rigid) => self.add_block::<6, 6>(block, order, local),
+                        (BodyKind::Rigid, BodyKind::Particle) => self.add_block::<6, 3>(block, order, local),
+                        (BodyKind::Particle, BodyKind::Rigid) => self.add_block::<3, 6>(block, order, local),
+                        (BodyKind::Particle, BodyKind::Particle) => {
+                            self.add_block::<3, 3>(block, order, local)
+                        }
                     }
                 }
                 column += other.freedoms();
@@ -198,26 +241,61 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         }
     }
 
+    /// Adds a body's rows of K v.
+    fn add_drift<K: Kernel<Real = R>>(
+        &mut self,
+        bodies: &Bodies<'_, R>,
+        local: &Local<'_, R>,
+        node: usize,
+        row: usize,
+        i: usize,
+    ) {
+        let Derivatives::Apart(dfdx, _) = local.derivatives else { return };
+        let (order, count) = (K::FREEDOMS, K::BODIES.len());
+        let mut column = 0;
+        for (j, (&other, &index)) in K::BODIES.iter().zip(local.indices).enumerate() {
+            let velocity = velocity(bodies, other, index);
+            for k in 0..K::BODIES[i].freedoms() {
+                let entries = &dfdx[(row + k) * order + column..][..other.freedoms()];
+                let sum = entries.iter().zip(velocity.iter()).fold(R::zero(), |sum, (&k, &v)| sum + k * v);
+                self.drift[node][k] += sum;
+                if local.places[i * count + j] == NOWHERE {
+                    self.driven[node][k] += sum;
+                }
+            }
+            column += other.freedoms();
+        }
+    }
+
+    /// Adds a block that begins at an entry.
     #[inline]
     fn add_block<const HEIGHT: usize, const WIDTH: usize>(
         &mut self,
-        (place, at, order): (usize, usize, usize),
+        (place, at): (usize, usize),
+        order: usize,
         local: &Local<'_, R>,
     ) {
-        let block = &mut self.system.blocks[place];
-        for i in 0..HEIGHT.min(D) {
-            let dfdx = &local.dfdx[at + i * order..][..WIDTH];
-            let dfdv = &local.dfdv[at + i * order..][..WIDTH];
-            for j in 0..WIDTH.min(D) {
-                block[(i, j)] -= self.damping * dfdv[j] + self.stiffness * dfdx[j];
+        let from = (at, order, HEIGHT.min(D));
+        match local.derivatives {
+            Derivatives::None => {}
+            Derivatives::Step(matrix) => {
+                for (sums, row) in self.system.blocks[place].0.iter_mut().zip(rows::<R, WIDTH>(matrix, from))
+                {
+                    add_row(sums, row, -R::one());
+                }
             }
-        }
-        if self.wants.tangent {
-            let block = &mut self.tangent[place];
-            for i in 0..HEIGHT.min(D) {
-                let dfdx = &local.dfdx[at + i * order..][..WIDTH];
-                for j in 0..WIDTH.min(D) {
-                    block[(i, j)] += dfdx[j];
+            Derivatives::Apart(dfdx, dfdv) => {
+                let rates = rows::<R, WIDTH>(dfdx, from).zip(rows::<R, WIDTH>(dfdv, from));
+                if self.wants.matrix {
+                    for (sums, (dfdx, dfdv)) in self.system.blocks[place].0.iter_mut().zip(rates) {
+                        add_row(sums, dfdv, -self.damping);
+                        add_row(sums, dfdx, -self.stiffness);
+                    }
+                }
+                if self.wants.tangent {
+                    for (sums, row) in self.tangent[place].0.iter_mut().zip(rows::<R, WIDTH>(dfdx, from)) {
+                        add_row(sums, row, R::one());
+                    }
                 }
             }
         }
@@ -229,46 +307,53 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             let (Some((mass, moments)), Some(node)) = (member.inertia(), self.nodes[0][index]) else {
                 continue;
             };
-            let (inertia, inverse) = world_inertia(body, moments);
+            let frame = Frame::new(body, moments);
+            let inertia = frame.inertia();
             let spin = body.angular_velocity;
             let momentum = inertia * spin;
             self.add_load(node, member.load, body.velocity, spin);
             add_linear(&mut self.force[node], gravity * mass);
             add_angular(&mut self.force[node], momentum.cross(&spin));
-            self.add_mass(node, mass);
             if self.wants.lag {
                 let lag = self.lag[node];
                 self.lag[node] = lag * mass;
                 let momentum = inertia * angular(&lag);
                 (3..D).for_each(|i| self.lag[node][i] = momentum[i - 3]);
             }
+            if !self.wants.matrix {
+                continue;
+            }
+            self.add_mass(node, mass);
             let mut turning = inertia;
             if self.wants.exact {
                 let torque = angular(&self.force[node]);
-                let (w, l) = (spin.cross_matrix(), momentum.cross_matrix());
-                let wi = w * inertia;
-                let with_inertia = ((inverse * torque).cross_matrix() * inertia).transpose();
-                let stiffness = w * (l + wi.transpose()) + torque.cross_matrix() + with_inertia;
-                turning -= (l - wi) * self.damping + stiffness * self.stiffness;
+                let spun = crossed(&spin, &inertia);
+                let l = momentum.cross_matrix();
+                let with_inertia = crossed(&frame.accelerate(&torque), &inertia).transpose();
+                let stiffness =
+                    crossed(&spin, &(l + spun.transpose())) + torque.cross_matrix() + with_inertia;
+                turning -= (l - spun) * self.damping + stiffness * self.stiffness;
                 if self.wants.drift {
                     add_angular(&mut self.drift[node], stiffness * spin);
                 }
                 if self.wants.tangent {
-                    add_turning(&mut self.tangent[node], &stiffness);
+                    self.tangent[node].add_turning(&stiffness);
                 }
             }
-            add_turning(&mut self.system.blocks[node], &turning);
+            self.system.blocks[node].add_turning(&turning);
         }
         for (index, (body, member)) in store.particles.iter().zip(&store.members[1]).enumerate() {
             let (Some((mass, _)), Some(node)) = (member.inertia(), self.nodes[1][index]) else { continue };
             self.add_load(node, member.load, body.velocity, Vector3::zeros());
             add_linear(&mut self.force[node], gravity * mass);
-            self.add_mass(node, mass);
-            for i in 3..D {
-                self.system.blocks[node][(i, i)] += R::one();
-            }
             if self.wants.lag {
                 self.lag[node] *= mass;
+            }
+            if self.wants.matrix {
+                self.add_mass(node, mass);
+                for i in 3..D {
+                    self.system.blocks[node].0[i][i] += R::one();
+                }
             }
         }
     }
@@ -276,8 +361,8 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     fn add_mass(&mut self, node: usize, mass: R) {
         let block = &mut self.system.blocks[node];
         for i in 0..3 {
-            self.swamped |= block[(i, i)] * R::default_epsilon() > mass;
-            block[(i, i)] += mass;
+            self.swamped |= block.0[i][i] * R::default_epsilon() > mass;
+            block.0[i][i] += mass;
         }
     }
 
@@ -287,6 +372,29 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         add_angular(&mut self.force[node], torque);
         self.power += force.dot(&velocity) + torque.dot(&spin);
     }
+}
+
+/// The rows of a block that begins at an entry, in a matrix of so many columns; so many of them.
+#[inline(always)]
+fn rows<R, const WIDTH: usize>(
+    matrix: &[R],
+    (at, order, height): (usize, usize, usize),
+) -> impl Iterator<Item = &[R; WIDTH]> {
+    (0..height).filter_map(move |i| matrix[at + i * order..].first_chunk())
+}
+
+/// Adds the first entries of a row; they are known before any is written.
+#[inline(always)]
+fn add_row<R: RealField + Copy, const D: usize, const WIDTH: usize>(
+    sums: &mut [R; D],
+    row: &[R; WIDTH],
+    factor: R,
+) {
+    let (mut all, row) = (*sums, *row);
+    for (sum, entry) in all.iter_mut().zip(row) {
+        *sum += factor * entry;
+    }
+    *sums = all;
 }
 
 /// The symmetric part of a matrix given row by row, its positive eigenvalues made zero.
@@ -310,21 +418,37 @@ fn velocity<R: RealField + Copy>(bodies: &Bodies<'_, R>, kind: BodyKind, index: 
     Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
 }
 
-/// R I Rᵀ and its inverse.
-pub(crate) fn world_inertia<R: RealField + Copy>(
-    body: &Rigid<R>,
+/// The frame of a body's principal moments.
+pub(crate) struct Frame<R> {
+    turn: Matrix3<R>,
     moments: Vector3<R>,
-) -> (Matrix3<R>, Matrix3<R>) {
-    let turn = body.orientation.to_rotation_matrix();
-    let turn = turn.matrix();
-    let scaled = |scale: Vector3<R>| {
-        let mut columns = *turn;
-        for (mut column, &scale) in columns.column_iter_mut().zip(scale.iter()) {
-            column *= scale;
-        }
-        columns * turn.transpose()
-    };
-    (scaled(moments), scaled(moments.map(|moment| R::one() / moment)))
+}
+
+impl<R: RealField + Copy> Frame<R> {
+    pub(crate) fn new(body: &Rigid<R>, moments: Vector3<R>) -> Frame<R> {
+        Frame { turn: body.orientation.to_rotation_matrix().into_inner(), moments }
+    }
+
+    /// R I Rᵀ
+    pub(crate) fn inertia(&self) -> Matrix3<R> {
+        let (turn, moments) = (&self.turn, &self.moments);
+        let entry = |i: usize, j: usize| {
+            (0..3).fold(R::zero(), |sum, k| sum + turn[(i, k)] * moments[k] * turn[(j, k)])
+        };
+        let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
+        Matrix3::new(entry(0, 0), xy, xz, xy, entry(1, 1), yz, xz, yz, entry(2, 2))
+    }
+
+    /// R I⁻¹ Rᵀ τ
+    pub(crate) fn accelerate(&self, torque: &Vector3<R>) -> Vector3<R> {
+        self.turn * self.turn.tr_mul(torque).component_div(&self.moments)
+    }
+}
+
+/// [x]× M, column by column.
+fn crossed<R: RealField + Copy>(x: &Vector3<R>, matrix: &Matrix3<R>) -> Matrix3<R> {
+    let column = |j: usize| x.cross(&matrix.column(j));
+    Matrix3::from_columns(&[column(0), column(1), column(2)])
 }
 
 /// The first three entries.
@@ -346,13 +470,5 @@ pub(crate) fn add_linear<R: RealField + Copy, const D: usize>(x: &mut SVector<R,
 pub(crate) fn add_angular<R: RealField + Copy, const D: usize>(x: &mut SVector<R, D>, change: Vector3<R>) {
     for i in 3..D {
         x[i] += change[i - 3];
-    }
-}
-
-fn add_turning<R: RealField + Copy, const D: usize>(block: &mut SMatrix<R, D, D>, change: &Matrix3<R>) {
-    for i in 3..D {
-        for j in 3..D {
-            block[(i, j)] += change[(i - 3, j - 3)];
-        }
     }
 }

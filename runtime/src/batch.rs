@@ -1,9 +1,10 @@
 //! Forces of one kernel, side by side.
 //!
 //! A batch holds parameters and bodies of all forces of one kernel in an island; behind the trait its type is forgotten.
-//! Assembling evaluates them one after the other and adds what they give to the system of the step.
+//! Assembling evaluates them one after the other, no more of each than is needed, and adds what they give to the system of
+//! the step.
 
-use crate::assemble::{Assembly, Local, NOWHERE};
+use crate::assemble::{Assembly, Derivatives, Local, NOWHERE, Need};
 use crate::kernel::{Bodies, BodyKind, Kernel, Measure};
 use nalgebra::RealField;
 use std::any::Any;
@@ -46,6 +47,8 @@ pub(crate) trait Batch<R: RealField>: Send {
 
 pub(crate) struct Forces<K: Kernel> {
     kernel: K,
+    force: K::Force,
+    step: K::Step,
     pub(crate) params: Vec<K::Params>,
     indices: Vec<K::Indices>,
     entries: Vec<usize>,
@@ -57,6 +60,8 @@ impl<K: Kernel> Default for Forces<K> {
     fn default() -> Forces<K> {
         Forces {
             kernel: K::default(),
+            force: K::Force::default(),
+            step: K::Step::default(),
             params: Vec::new(),
             indices: Vec::new(),
             entries: Vec::new(),
@@ -74,19 +79,25 @@ impl<K: Kernel> Forces<K> {
 
     fn add_all<const D: usize>(&mut self, bodies: &Bodies<'_, K::Real>, out: &mut Assembly<K::Real, D>) {
         let pairs = K::BODIES.len() * K::BODIES.len();
+        let need = out.need();
         let forces = self.params.iter().zip(&self.indices).zip(self.places.chunks_exact(pairs));
         for ((params, indices), places) in forces {
-            self.kernel.evaluate(bodies, *indices, params);
-            let local = Local {
-                kinds: K::BODIES,
-                indices: indices.as_ref(),
-                places,
-                force: self.kernel.force(),
-                dfdx: self.kernel.dfdx(),
-                dfdv: self.kernel.dfdv(),
-                has_potential: K::HAS_POTENTIAL,
+            let (force, derivatives) = match need {
+                Need::Force => {
+                    (K::evaluate_force(&mut self.force, bodies, *indices, params), Derivatives::None)
+                }
+                Need::Step => {
+                    let step = &mut self.step;
+                    let (force, matrix) = K::evaluate_step(step, bodies, *indices, params, out.damping);
+                    (force, Derivatives::Step(matrix))
+                }
+                Need::Derivatives => {
+                    self.kernel.evaluate(bodies, *indices, params);
+                    (self.kernel.force(), Derivatives::Apart(self.kernel.dfdx(), self.kernel.dfdv()))
+                }
             };
-            out.add(bodies, &local);
+            let local = Local { indices: indices.as_ref(), places, force, derivatives };
+            out.add::<K>(bodies, &local);
         }
     }
 }

@@ -4,7 +4,8 @@
 //! Systems Journal 45(1), 2006, whose text has signs to be mended: r −= α A p, and β from the new residuals. A solver
 //! that divides by zero, or meets what is not finite, has broken down and says so.
 
-use crate::sparse::{System, factor_block, solve_block};
+use crate::block::Block;
+use crate::sparse::System;
 use nalgebra::{RealField, SVector, convert};
 
 /// A method for the linear system of a step.
@@ -58,7 +59,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             vector.resize(nodes, SVector::zeros());
         }
         self.factors[..nodes].copy_from_slice(&self.blocks[..nodes]);
-        self.factors[..nodes].iter_mut().for_each(factor_block);
+        self.factors[..nodes].iter_mut().for_each(Block::factor);
         let goal = tolerance * norm(&self.rhs);
         let iterations = match method {
             Solver::ConjugateGradients => self.conjugate_gradients(goal, space),
@@ -75,7 +76,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
     fn precondition(&self, x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
         for ((y, x), lu) in y.iter_mut().zip(x).zip(&self.factors) {
             *y = *x;
-            solve_block(lu, y);
+            lu.solve(y);
         }
     }
 
@@ -84,16 +85,16 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         for ((y, x), lu) in y.iter_mut().zip(x).zip(&self.factors) {
             *y = *x;
             for k in 0..D {
-                y[k] *= lu[(k, k)];
+                y[k] *= lu.0[k][k];
                 let value = y[k];
                 for i in k + 1..D {
-                    y[i] -= lu[(k, i)] * value;
+                    y[i] -= lu.0[k][i] * value;
                 }
             }
             for k in (0..D).rev() {
                 let value = y[k];
                 for i in 0..k {
-                    y[i] -= lu[(k, i)] * value;
+                    y[i] -= lu.0[k][i] * value;
                 }
             }
         }

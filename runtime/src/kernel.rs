@@ -68,6 +68,30 @@ pub trait Kernel: Clone + Default + Send + 'static {
     /// ∂F/∂V: N² entries, row by row.
     fn dfdv(&self) -> &[Self::Real];
 
+    /// Where [`Kernel::evaluate_force`] writes.
+    type Force: Clone + Default + Send + 'static;
+
+    /// Computes F alone, in less time: N entries.
+    fn evaluate_force<'a>(
+        out: &'a mut Self::Force,
+        bodies: &Bodies<'_, Self::Real>,
+        indices: Self::Indices,
+        params: &Self::Params,
+    ) -> &'a [Self::Real];
+
+    /// Where [`Kernel::evaluate_step`] writes.
+    type Step: Clone + Default + Send + 'static;
+
+    /// Computes F and h ∂F/∂V + h² ∂F/∂X, what a step of h s takes, in less time than both derivatives: N entries, and N² row
+    /// by row.
+    fn evaluate_step<'a>(
+        out: &'a mut Self::Step,
+        bodies: &Bodies<'_, Self::Real>,
+        indices: Self::Indices,
+        params: &Self::Params,
+        step: Self::Real,
+    ) -> (&'a [Self::Real], &'a [Self::Real]);
+
     /// Whether it has a potential that [`Kernel::measure`] knows: constraints and energies do.
     const HAS_POTENTIAL: bool = false;
 

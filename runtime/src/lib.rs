@@ -36,6 +36,7 @@ extern crate self as forcec_runtime;
 
 mod assemble;
 mod batch;
+mod block;
 pub mod bodies;
 #[cfg(feature = "collision")]
 pub mod collision;

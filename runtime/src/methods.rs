@@ -7,14 +7,14 @@
 //! torque −ω × Iω with its derivatives; the rotational diagonal block of K carries the inertia term `[τ]× − I [α]×`, since
 //! the inertia turns with the body: τ is the whole torque, α = I⁻¹τ.
 
-use crate::assemble::{Assembly, Wants, add_angular, add_linear, angular, linear, world_inertia};
+use crate::assemble::{Assembly, Frame, Wants, add_angular, add_linear, angular, linear};
 use crate::batch::{Batch, Sums};
 use crate::bodies::{Particle, Rigid};
 use crate::iterative::{Solver, Workspace};
 use crate::kernel::BodyKind;
 use crate::report::{Report, span};
 use crate::store::{Poses, Store, moved};
-use nalgebra::{Matrix3, RealField, SMatrix, SVector, Vector3, convert};
+use nalgebra::{Matrix3, RealField, SVector, Vector3, convert};
 use std::time::Instant;
 
 /// A method of integration.
@@ -65,8 +65,6 @@ pub(crate) struct Model<R: RealField, const D: usize> {
     /// ∂f/∂t, and the bodies' B of the Rosenbrock method.
     driven: Vec<SVector<R, D>>,
     bends: Vec<Matrix3<R>>,
-    /// Blocks that nobody reads.
-    spare: Vec<SMatrix<R, D, D>>,
 }
 
 impl<R: RealField + Copy, const D: usize> Model<R, D> {
@@ -82,7 +80,6 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
             change: Default::default(),
             driven: Vec::new(),
             bends: Vec::new(),
-            spare: Vec::new(),
         }
     }
 
@@ -98,14 +95,14 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
         let mut blocks = std::mem::take(&mut system.blocks);
         system.each_block(|place, _, column| {
             for row in 0..D {
-                let k = SVector::<R, D>::from_fn(|j, _| tangent[place][(row, j)]);
+                let k = SVector::<R, D>::from(tangent[place].0[row]);
                 let mut bent = k * step;
                 if D == 6 {
                     let turned = self.bends[column].tr_mul(&angular(&k));
                     (3..D).for_each(|j| bent[j] = turned[j - 3]);
                 }
                 for j in 0..D {
-                    blocks[place][(row, j)] -= bent[j] * step;
+                    blocks[place].0[row][j] -= bent[j] * step;
                 }
             }
         });
@@ -206,7 +203,7 @@ where
     }
 
     fn implicit_euler(&mut self, h: R, exact: bool) -> Option<Outcome<R>> {
-        self.assemble(h, h * h, Wants { exact, drift: true, ..Wants::default() });
+        self.assemble(h, h * h, Wants { matrix: true, exact, drift: true, ..Wants::default() });
         let Assembly { system, force, drift, .. } = &mut self.model.assembly;
         for ((b, f), kv) in system.rhs.iter_mut().zip(force).zip(drift) {
             *b = (*f + *kv * h) * h;
@@ -270,7 +267,11 @@ where
             for ((lag, v), origin) in assembly.lag.iter_mut().zip(velocity).zip(origin) {
                 *lag = *v - *origin;
             }
-            self.assemble(step, step * step, Wants { exact: true, lag: true, ..Wants::default() });
+            self.assemble(
+                step,
+                step * step,
+                Wants { matrix: true, exact: true, lag: true, ..Wants::default() },
+            );
             let Assembly { system, force, lag, .. } = &mut self.model.assembly;
             for ((b, f), momentum) in system.rhs.iter_mut().zip(force).zip(lag) {
                 *b = *f * step - *momentum;
@@ -344,7 +345,8 @@ where
         for stage in self.model.stages.iter_mut().flatten() {
             stage.resize(nodes, SVector::zeros());
         }
-        self.assemble(step, R::zero(), Wants { exact: true, drift: true, tangent: true, ..Wants::default() });
+        let wants = Wants { matrix: true, exact: true, drift: true, tangent: true, ..Wants::default() };
+        self.assemble(step, R::zero(), wants);
         self.model.bend(step);
         self.model.assembly.system.factor();
         self.model.driven.clone_from(&self.model.assembly.driven);
@@ -357,7 +359,7 @@ where
                     velocity[node] = start[node] + weighted(&stages[1], rodas::STATES[stage], node);
                 }
                 self.set(number(rodas::TIMES[stage]) * h);
-                self.assemble_forces();
+                self.assemble(R::zero(), R::zero(), Wants::default());
             }
             residual = residual.max(self.rosenbrock_stage(stage, h, step));
         }
@@ -397,9 +399,9 @@ where
             let earlier = weighted(&stages[1], rodas::RATES[stage], node) / h;
             add_linear(&mut right[node], linear(force) + linear(&earlier) * mass);
             if let Some((index, moments)) = body {
-                let (_, inverse) = world_inertia(&self.store.rigid[index], moments);
-                let (inertia, _) = world_inertia(&self.saved.rigid[index], moments);
-                add_angular(&mut right[node], inertia * (inverse * angular(force) + angular(&earlier)));
+                let rate = Frame::new(&self.store.rigid[index], moments).accelerate(&angular(force));
+                let inertia = Frame::new(&self.saved.rigid[index], moments).inertia();
+                add_angular(&mut right[node], inertia * (rate + angular(&earlier)));
             }
         });
         for (node, rate) in rates.iter_mut().enumerate() {
@@ -462,30 +464,12 @@ where
         }
     }
 
-    /// Forces and the matrix at the present state.
+    /// What a step takes at the present state.
     fn assemble(&mut self, damping: R, stiffness: R, wants: Wants) {
         let out = &mut self.model.assembly;
         (out.damping, out.stiffness, out.wants) = (damping, stiffness, wants);
-        self.add_up();
-    }
-
-    /// Forces alone; matrix, factors and K are those of before.
-    fn assemble_forces(&mut self) {
-        let out = &mut self.model.assembly;
-        let kept = (std::mem::take(&mut out.system.blocks), std::mem::take(&mut out.tangent));
-        out.system.blocks = std::mem::take(&mut self.model.spare);
-        out.system.blocks.resize(kept.0.len(), SMatrix::zeros());
-        (out.damping, out.stiffness, out.wants) = (R::zero(), R::zero(), Wants::default());
-        self.add_up();
-        let out = &mut self.model.assembly;
-        self.model.spare = std::mem::replace(&mut out.system.blocks, kept.0);
-        out.tangent = kept.1;
-    }
-
-    fn add_up(&mut self) {
         let timer = Instant::now();
         let _span = span("assembly");
-        let out = &mut self.model.assembly;
         out.clear();
         for batch in self.batches.iter_mut() {
             batch.assemble(&self.store.bodies(), out.sums());
@@ -503,8 +487,8 @@ where
             rhs[node] = SVector::zeros();
             add_linear(&mut rhs[node], linear(&force[node]) / mass);
             if let Some((index, moments)) = body {
-                let (_, inverse) = world_inertia(&self.store.rigid[index], moments);
-                add_angular(&mut rhs[node], inverse * angular(&force[node]));
+                let frame = Frame::new(&self.store.rigid[index], moments);
+                add_angular(&mut rhs[node], frame.accelerate(&angular(&force[node])));
             }
         });
     }

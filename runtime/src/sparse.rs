@@ -5,7 +5,8 @@
 //! symmetric, their pattern is. Nodes are renumbered: node i is the i-th that is eliminated. Diagonal blocks are
 //! factored without pivoting; whoever solves checks the residual. Other solvers stand in [`iterative`](crate::iterative).
 
-use nalgebra::{RealField, SMatrix, SVector};
+use crate::block::Block;
+use nalgebra::{RealField, SVector};
 use std::collections::BTreeSet;
 
 /// The matrix of a step, its factors and its right-hand side.
@@ -22,8 +23,8 @@ pub(crate) struct System<R: RealField, const D: usize> {
     /// Place, row and column of every block that is no fill, by rows of the upper triangle.
     pattern: Vec<[u32; 3]>,
     /// The diagonal, then the upper, then the lower blocks.
-    pub(crate) blocks: Vec<SMatrix<R, D, D>>,
-    pub(crate) factors: Vec<SMatrix<R, D, D>>,
+    pub(crate) blocks: Vec<Block<R, D>>,
+    pub(crate) factors: Vec<Block<R, D>>,
     /// The part each node belongs to, where the system is cut; else none.
     pub(crate) parts: Vec<u32>,
     /// The right-hand side, then the solution.
@@ -79,7 +80,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             rhs: vec![SVector::zeros(); nodes],
             work: vec![SVector::zeros(); nodes],
         };
-        system.blocks = vec![SMatrix::zeros(); nodes + 2 * system.later.len()];
+        system.blocks = vec![Block::zeros(); nodes + 2 * system.later.len()];
         system.factors = system.blocks.clone();
         for node in 0..nodes {
             let row = &system.later[system.start[node]..system.start[node + 1]];
@@ -115,7 +116,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
 
     /// Empties the matrix.
     pub(crate) fn clear(&mut self) {
-        self.blocks.fill(SMatrix::zeros());
+        self.blocks.fill(Block::zeros());
     }
 
     /// Where among `blocks` the block in this row and column lies, which a force couples.
@@ -149,44 +150,55 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
 
     pub(crate) fn factor(&mut self) {
         let (nodes, count) = (self.nodes(), self.later.len());
-        self.factors[..nodes].copy_from_slice(&self.blocks[..nodes]);
+        let mut factors = std::mem::take(&mut self.factors);
+        let (diagonals, others) = factors.split_at_mut(nodes);
+        let blocks = &self.blocks[nodes..];
+        diagonals.copy_from_slice(&self.blocks[..nodes]);
         for at in (0..2 * count).filter(|&at| self.changed[at]) {
-            self.factors[nodes + at] = self.blocks[nodes + at];
+            others[at] = blocks[at];
         }
-        let mut targets = 0;
+        let mut targets = self.targets.as_slice();
         for node in 0..nodes {
             let row = self.start[node]..self.start[node + 1];
-            let first = targets;
-            targets += row.len() * row.len();
-            factor_block(&mut self.factors[node]);
-            let diagonal = self.factors[node];
-            for at in row.clone() {
-                if self.is_kept(node, self.later[at]) {
-                    if !self.changed[at] {
-                        self.factors[nodes + at] = self.blocks[nodes + at];
-                    }
-                    solve_block(&diagonal, &mut self.factors[nodes + at]);
+            let is_kept = |at: usize| self.is_kept(node, self.later[at]);
+            diagonals[node].factor();
+            for at in row.clone().filter(|&at| is_kept(at)) {
+                if !self.changed[at] {
+                    others[at] = blocks[at];
                 }
+                diagonals[node].solve_block(&mut others[at]);
             }
-            for (i, below) in row.clone().enumerate() {
-                if !self.is_kept(node, self.later[below]) {
+            for below in row.clone() {
+                let (own, rest) = targets.split_at(row.len());
+                targets = rest;
+                if !is_kept(below) {
                     continue;
                 }
-                let lower = *self.lower(below);
-                for (j, right) in row.clone().enumerate() {
-                    if !self.is_kept(node, self.later[right]) {
+                let changed;
+                let lower = if self.changed[count + below] {
+                    changed = others[count + below];
+                    &changed
+                } else {
+                    &blocks[count + below]
+                };
+                for (right, &target) in row.clone().zip(own) {
+                    if !is_kept(right) {
                         continue;
                     }
-                    let upper = self.factors[nodes + right];
-                    let target = self.targets[first + i * row.len() + j] as usize;
-                    subtract_product(&mut self.factors[target], &lower, &upper);
+                    if let Some(sum) = diagonals.get_mut(target as usize) {
+                        sum.subtract_product(lower, &others[right]);
+                    } else {
+                        let upper = others[right];
+                        others[target as usize - nodes].subtract_product(lower, &upper);
+                    }
                 }
             }
         }
+        self.factors = factors;
     }
 
     /// A lower block as it is when its node is eliminated.
-    fn lower(&self, at: usize) -> &SMatrix<R, D, D> {
+    fn lower(&self, at: usize) -> &Block<R, D> {
         let count = self.later.len();
         let blocks = if self.changed[count + at] { &self.factors } else { &self.blocks };
         &blocks[self.nodes() + count + at]
@@ -197,12 +209,12 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         let nodes = rhs.len();
         for node in 0..nodes {
             let mut value = rhs[node];
-            solve_block(&self.factors[node], &mut value);
+            self.factors[node].solve(&mut value);
             rhs[node] = value;
             for at in self.start[node]..self.start[node + 1] {
                 let other = self.later[at];
                 if self.is_kept(node, other) {
-                    rhs[other] -= self.lower(at) * value;
+                    rhs[other] -= self.lower(at).times(&value);
                 }
             }
         }
@@ -211,7 +223,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             for at in self.start[node]..self.start[node + 1] {
                 let other = self.later[at];
                 if self.is_kept(node, other) {
-                    value -= self.factors[nodes + at] * rhs[other];
+                    value -= self.factors[nodes + at].times(&rhs[other]);
                 }
             }
             rhs[node] = value;
@@ -223,7 +235,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
     pub(crate) fn residual(&mut self) -> R {
         let size = self.work.iter().fold(R::zero(), |sum, b| sum + b.norm_squared());
         let mut work = std::mem::take(&mut self.work);
-        self.each_block(|place, row, column| work[row] -= self.blocks[place] * self.rhs[column]);
+        self.each_block(|place, row, column| work[row] -= self.blocks[place].times(&self.rhs[column]));
         let rest = work.iter().fold(R::zero(), |sum, r| sum + r.norm_squared());
         self.work = work;
         if rest == R::zero() { rest } else { (rest / size).sqrt() }
@@ -241,13 +253,8 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
     }
 
     /// y += B x, where the blocks of B lie as those of this system do.
-    pub(crate) fn add_product(
-        &self,
-        blocks: &[SMatrix<R, D, D>],
-        x: &[SVector<R, D>],
-        y: &mut [SVector<R, D>],
-    ) {
-        self.each_block(|place, row, column| y[row] += blocks[place] * x[column]);
+    pub(crate) fn add_product(&self, blocks: &[Block<R, D>], x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
+        self.each_block(|place, row, column| y[row] += blocks[place].times(&x[column]));
     }
 
     /// Every block that counts and is no fill: its place, its row and its column.
@@ -263,62 +270,6 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
     /// y = Aᵀ x.
     pub(crate) fn multiply_transposed(&self, x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
         y.fill(SVector::zeros());
-        self.each_block(|place, row, column| y[column] += self.blocks[place].tr_mul(&x[row]));
-    }
-}
-
-/// A = L U in place, the diagonal of L being one; the diagonal of U is inverted.
-pub(crate) fn factor_block<R: RealField + Copy, const D: usize>(a: &mut SMatrix<R, D, D>) {
-    for k in 0..D {
-        let inverse = R::one() / a[(k, k)];
-        a[(k, k)] = inverse;
-        for i in k + 1..D {
-            a[(i, k)] *= inverse;
-        }
-        for j in k + 1..D {
-            let top = a[(k, j)];
-            for i in k + 1..D {
-                let left = a[(i, k)];
-                a[(i, j)] -= left * top;
-            }
-        }
-    }
-}
-
-/// X becomes A⁻¹ X, where `lu` is what `factor_block` made of A.
-pub(crate) fn solve_block<R: RealField + Copy, const D: usize, const COLUMNS: usize>(
-    lu: &SMatrix<R, D, D>,
-    x: &mut SMatrix<R, D, COLUMNS>,
-) {
-    for column in 0..COLUMNS {
-        for k in 0..D {
-            let value = x[(k, column)];
-            for i in k + 1..D {
-                x[(i, column)] -= lu[(i, k)] * value;
-            }
-        }
-        for k in (0..D).rev() {
-            let value = x[(k, column)] * lu[(k, k)];
-            x[(k, column)] = value;
-            for i in 0..k {
-                x[(i, column)] -= lu[(i, k)] * value;
-            }
-        }
-    }
-}
-
-/// C −= A B.
-fn subtract_product<R: RealField + Copy, const D: usize>(
-    c: &mut SMatrix<R, D, D>,
-    a: &SMatrix<R, D, D>,
-    b: &SMatrix<R, D, D>,
-) {
-    for j in 0..D {
-        for k in 0..D {
-            let factor = b[(k, j)];
-            for i in 0..D {
-                c[(i, j)] -= a[(i, k)] * factor;
-            }
-        }
+        self.each_block(|place, row, column| y[column] += self.blocks[place].transposed_times(&x[row]));
     }
 }

@@ -3,7 +3,7 @@
 use crate::bodies::{Particle, Rigid};
 use crate::kernel::{Bodies, BodyKind};
 use crate::world::Motion;
-use nalgebra::{RealField, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Quaternion, RealField, UnitQuaternion, Vector3, Vector6, convert};
 
 /// What a world knows of a body beside its state.
 #[derive(Clone, Debug)]
@@ -138,11 +138,27 @@ pub(crate) fn as_rigid<R: RealField + Copy>(state: &Particle<R>) -> Rigid<R> {
 }
 
 /// A pose turned and moved: x + `way`, exp(`turn`) q.
+#[inline]
 pub(crate) fn moved<R: RealField + Copy>(pose: &Rigid<R>, way: Vector3<R>, turn: Vector3<R>) -> Rigid<R> {
-    let turned = UnitQuaternion::from_scaled_axis(turn) * pose.orientation;
-    Rigid {
-        position: pose.position + way,
-        orientation: UnitQuaternion::new_normalize(turned.into_inner()),
-        ..*pose
+    let mut orientation = exp(&turn) * pose.orientation;
+    orientation.renormalize_fast();
+    Rigid { position: pose.position + way, orientation, ..*pose }
+}
+
+/// exp(θ) = (θ/2 sin(α)/α, cos(α)), α = |θ|/2; of angles that steps turn bodies by, by the series of both.
+#[inline]
+fn exp<R: RealField + Copy>(turn: &Vector3<R>) -> UnitQuaternion<R> {
+    let number = convert::<f64, R>;
+    let square = turn.norm_squared() * number(0.25);
+    // What is left out of the series is below 3e-17.
+    if square > number(1.0 / 64.0) {
+        return UnitQuaternion::from_scaled_axis(*turn);
     }
+    let series = |factors: [f64; 6]| {
+        factors.into_iter().rev().fold(R::zero(), |sum, factor| number(factor) - sum * square)
+    };
+    let sine = series([1.0, 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0, 1.0 / 362_880.0, 0.0]);
+    let cosine = series([1.0, 0.5, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40_320.0, 1.0 / 3_628_800.0]);
+    let axis = turn * (sine * number(0.5));
+    UnitQuaternion::new_unchecked(Quaternion::new(cosine, axis.x, axis.y, axis.z))
 }

@@ -38,8 +38,8 @@ fn formatted(item: &syn::ItemMod) -> String {
 fn kernels(items: &[syn::Item], found: &mut BTreeMap<String, String>) {
     for item in items {
         let syn::Item::Mod(module) = item else { continue };
-        // The values alone, by which a world measures energy, are another request's kernels.
-        if module.ident == "values" {
+        // What a world needs beside is another request's.
+        if ["forcec_values", "forcec_loads", "forcec_steps"].iter().any(|name| module.ident == name) {
             continue;
         }
         match module.vis {

@@ -1,14 +1,16 @@
 //! What is known while compiling changes what is computed, not its values: of every library function each body is fixed in
-//! turn, and each parameter set to a value; the entries that are left are those of the general kernel.
+//! turn, and each parameter set to a value; the entries that are left are those of the general kernel. What else is
+//! computed changes nothing either: any two results are checked together.
 
 use forcec::bodies::Signature;
 use forcec::compile::{Request, Stages, compile_file};
 use forcec::exact::Exact;
+use forcec::outputs::Part;
 use forcec::span::Source;
 use forcec::verify::probe::Probe;
-use forcec::verify::{Family, Subject};
-use forcec::{Specialization, syntax};
-use forcec_tests::{ForceFile, library, parallel};
+use forcec::verify::{CheckOptions, Family, Subject, check_chosen};
+use forcec::{Effort, Plan, Specialization, syntax};
+use forcec_tests::{ForceFile, library, parallel, requested};
 
 fn subject(function: &Stages) -> Subject<'_> {
     Subject { source: &function.source, program: &function.program }
@@ -105,6 +107,32 @@ fn special_kernels_are_parts_of_the_general_ones() {
     let differences: Vec<String> =
         parallel(library(), |file| differences(&file)).into_iter().flatten().collect();
     assert!(differences.is_empty(), "{differences:#?}");
+}
+
+/// Kernels that compute two results are checked, of all files with functions that have both.
+#[test]
+fn results_do_not_disturb_each_other() {
+    let choices = Part::CHOICES.iter().enumerate();
+    let pairs =
+        choices.flat_map(|(k, first)| Part::CHOICES[k + 1..].iter().map(move |second| (first, second)));
+    let checked = parallel(pairs.collect(), |((first, one), (second, other))| {
+        let of_rows = [first, second].iter().any(|name| ["value", "jacobian"].contains(*name));
+        let stems =
+            if of_rows { &["springs", "solids", "cloth"][..] } else { &["joints", "solids", "fields"] };
+        let plan = Plan { effort: Effort::Quick, ..Plan::default() };
+        let outputs = Part::in_order([*one, *other].concat());
+        let mut checked = 0;
+        for stem in stems {
+            let request = Request { outputs: outputs.clone(), ..Request::from(plan) };
+            for function in requested(stem, request).compiled.functions {
+                let report = check_chosen(&subject(&function), &CheckOptions { seed: 1, states: 1 });
+                assert!(report.passed, "{first} and {second}:\n{}", report.table());
+                checked += 1;
+            }
+        }
+        checked
+    });
+    assert!(checked.iter().all(|&functions| functions > 9), "{checked:?}");
 }
 
 #[test]

@@ -39,8 +39,8 @@ pub struct Derived {
     pub velocity: Vec<(Block, Combination<Variable>)>,
     /// Whether ∂F/∂X is symmetric by construction: an energy of positions alone.
     pub symmetric: bool,
-    /// The variable whose adjoint a force is.
-    pub pieces: BTreeMap<Vector, Variable>,
+    /// The variable whose adjoint a force is, and that of an impulse.
+    pub pieces: [BTreeMap<Vector, Variable>; 2],
     /// The rows of C with their rates; of an energy itself, if that is wanted; empty for forces.
     pub rows: Vec<(Real, Real)>,
     /// For each block what moves with it in a step: the pose by h w and the velocity by w.
@@ -166,13 +166,17 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         let blocks = bodies.pose_blocks().into_iter();
         blocks.map(|block| (block, vec![(Exact::ONE, direct[&block])])).collect()
     };
+    let mut pushes = BTreeMap::new();
     let impulses = match time.filter(|_| step.is_none()) {
-        None => forces.clone(),
+        None => {
+            pushes.clone_from(&pieces);
+            forces.clone()
+        }
         Some(h) => {
             let mut scaled = |(c, v): &(Exact, Vector)| {
                 let impulse = lie.graph.scale(h, *v);
                 if let Some(variable) = pieces.get(v).copied() {
-                    pieces.insert(impulse, variable);
+                    pushes.insert(impulse, variable);
                 }
                 (c.clone(), impulse)
             };
@@ -182,7 +186,7 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
     };
     let steps = lie.step_with(time, &pose, &velocity);
     let along = along(&mut lie, wanted, &forces, &impulses, time);
-    let wanted = wanted.to_vec();
+    let (wanted, pieces) = (wanted.to_vec(), [pieces, pushes]);
     Derived { lie, forces, impulses, pose, velocity, steps, along, symmetric, pieces, rows, wanted, stated }
 }
 

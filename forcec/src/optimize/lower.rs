@@ -32,9 +32,10 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
         ways: FxHashMap::default(),
         shared,
     };
-    let mirrored = if derived.symmetric { Some(&derived.pieces) } else { None };
+    let [forces, impulses] = &derived.pieces;
+    let mirrored = derived.symmetric.then_some(forces);
     // The same where poses move in steps.
-    let stepped = mirrored.map(|pieces| lowering.lie.stepped(pieces));
+    let stepped = derived.symmetric.then(|| lowering.lie.stepped(impulses));
     let lost =
         if residual { lowering.residual(&derived.rows, &derived.forces, derived.stated) } else { vec![] };
     let mut arrays = Vec::new();

@@ -100,7 +100,7 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text.push_str(&prepare(kernel, precision));
     let computes =
         if schedule.adds { "Adds the results to those of `out`" } else { "Computes every entry of `out`" };
-    text.push_str(&format!("\n    /// {computes}.\n"));
+    text.push_str(&format!("\n    /// {computes}.\n    #[inline]\n"));
     text.push_str(&evaluate_head(kernel, precision));
     if kernel.lanes > 1 {
         let (zeros, rest) = lane_loop(schedule);
@@ -175,7 +175,8 @@ fn prepare(kernel: &Kernel, precision: Precision) -> String {
     let (kept, values) = fields.split_at(once.kept.len());
     dialect.prepared = values.to_vec();
     let mut text =
-        "\n    /// Computes what depends on parameters alone, once for all calls with these.\n".to_owned();
+        "\n    /// Computes what depends on parameters alone, once for all calls with these.\n    #[inline]\n"
+            .to_owned();
     let arguments = ["params: &Params", "prepared: &mut Prepared"].map(str::to_owned);
     text.push_str(&head("pub fn prepare", &arguments));
     for (field, parameter) in kept.iter().zip(&once.kept) {
