@@ -41,10 +41,11 @@ pub struct Options {
 }
 
 /// The integrators by name.
-pub const INTEGRATORS: [(&str, Integrator); 6] = [
+pub const INTEGRATORS: [(&str, Integrator); 7] = [
     ("linearly-implicit-euler", Integrator::LinearlyImplicitEuler),
     ("paper-euler", Integrator::PaperEuler),
     ("sdirk2", Integrator::Sdirk2),
+    ("generalized-alpha", Integrator::GeneralizedAlpha),
     ("rodas4", Integrator::Rodas4),
     ("symplectic-euler", Integrator::SymplecticEuler),
     ("runge-kutta4", Integrator::RungeKutta4),

@@ -95,7 +95,7 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
 pub(crate) enum Need {
     /// F
     Force,
-    /// F, and `damping` ∂F/∂V + `damping`² ∂F/∂X
+    /// F, and `damping` ∂F/∂V + `stiffness` ∂F/∂X.
     Step,
     /// F and its derivatives.
     Derivatives,
@@ -105,8 +105,8 @@ pub(crate) enum Need {
 #[derive(Clone, Copy)]
 pub(crate) enum Derivatives<'a, R> {
     None,
-    /// `damping` ∂F/∂V + `damping`² ∂F/∂X
-    Step(&'a [R]),
+    /// What makes `damping` ∂F/∂V + `stiffness` ∂F/∂X when it is multiplied by this.
+    Step(&'a [R], R),
     /// ∂F/∂X and ∂F/∂V
     Apart(&'a [R], &'a [R]),
 }
@@ -151,11 +151,16 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             Need::Derivatives
         } else if !matrix {
             Need::Force
-        } else if self.stiffness == self.damping * self.damping {
+        } else if self.stiffness > R::zero() {
             Need::Step
         } else {
             Need::Derivatives
         }
+    }
+
+    /// For what step a kernel gives h ∂F/∂V + h² ∂F/∂X so that, multiplied by the second number, that is what is needed.
+    pub(crate) fn step(&self) -> (R, R) {
+        (self.stiffness / self.damping, self.damping * self.damping / self.stiffness)
     }
 
     /// Adds one force.
@@ -278,10 +283,10 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         let from = (at, order, HEIGHT.min(D));
         match local.derivatives {
             Derivatives::None => {}
-            Derivatives::Step(matrix) => {
+            Derivatives::Step(matrix, factor) => {
                 for (sums, row) in self.system.blocks[place].0.iter_mut().zip(rows::<R, WIDTH>(matrix, from))
                 {
-                    add_row(sums, row, -R::one());
+                    add_row(sums, row, -factor);
                 }
             }
             Derivatives::Apart(dfdx, dfdv) => {

@@ -79,7 +79,7 @@ impl<K: Kernel> Forces<K> {
 
     fn add_all<const D: usize>(&mut self, bodies: &Bodies<'_, K::Real>, out: &mut Assembly<K::Real, D>) {
         let pairs = K::BODIES.len() * K::BODIES.len();
-        let need = out.need();
+        let (need, (step, factor)) = (out.need(), out.step());
         let forces = self.params.iter().zip(&self.indices).zip(self.places.chunks_exact(pairs));
         for ((params, indices), places) in forces {
             let (force, derivatives) = match need {
@@ -87,9 +87,8 @@ impl<K: Kernel> Forces<K> {
                     (K::evaluate_force(&mut self.force, bodies, *indices, params), Derivatives::None)
                 }
                 Need::Step => {
-                    let step = &mut self.step;
-                    let (force, matrix) = K::evaluate_step(step, bodies, *indices, params, out.damping);
-                    (force, Derivatives::Step(matrix))
+                    let (force, matrix) = K::evaluate_step(&mut self.step, bodies, *indices, params, step);
+                    (force, Derivatives::Step(matrix, factor))
                 }
                 Need::Derivatives => {
                     self.kernel.evaluate(bodies, *indices, params);

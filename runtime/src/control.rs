@@ -143,6 +143,7 @@ impl<R: RealField + Copy> Island<R> {
             Ok((outcome, after, most)) => {
                 self.control.energy = Some(after);
                 self.control.most = most;
+                self.keep(course.settings.integrator);
                 report.accepted += 1;
                 report.residual = report.residual.max(as_f64(outcome.residual));
                 Ok(outcome.error.unwrap_or(R::zero()))

@@ -7,7 +7,7 @@ use crate::assemble::{Assembly, Guard};
 use crate::batch::Batch;
 use crate::control::as_f64;
 use crate::kernel::BodyKind;
-use crate::methods::{Model, Outcome, Stepper};
+use crate::methods::{Integrator, Model, Outcome, Stepper};
 use crate::report::Report;
 use crate::settings::Settings;
 use crate::sparse::System;
@@ -60,6 +60,8 @@ pub(crate) struct Control<R> {
     pub(crate) still: R,
     /// Steps that were cut.
     pub(crate) cuts: u64,
+    /// Whether the rates that bodies keep are those of the present state.
+    pub(crate) warm: bool,
 }
 
 /// Energy of an island, the potential of gravity being zero at its origin.
@@ -98,7 +100,14 @@ impl<R: RealField + Copy> Island<R> {
             life: Life::Awake,
             changed: true,
             torn: false,
-            control: Control { energy: None, most: R::zero(), size: None, still: R::zero(), cuts: 0 },
+            control: Control {
+                energy: None,
+                most: R::zero(),
+                size: None,
+                still: R::zero(),
+                cuts: 0,
+                warm: false,
+            },
             engine: Engine::Three(Box::new(Model::new(Assembly::default()))),
             neighbours: Vec::new(),
             frame: Poses::default(),
@@ -109,6 +118,7 @@ impl<R: RealField + Copy> Island<R> {
     /// Bodies or forces have changed in a way that ends sleep: what step control knew is void.
     pub(crate) fn wake(&mut self) {
         self.control.energy = None;
+        self.control.warm = false;
         self.stir();
     }
 
@@ -336,6 +346,7 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn restore_frame(&mut self) {
         self.store.restore(&self.frame);
         self.control.energy = None;
+        self.control.warm = false;
     }
 
     /// One step from the present state, which is kept to come back to.
@@ -349,24 +360,37 @@ impl<R: RealField + Copy> Island<R> {
     ) -> Option<Outcome<R>> {
         self.store.save(&mut self.saved);
         let parts = self.cut(settings);
-        let Island { store, saved, batches, engine, .. } = self;
-        let solver = settings.solver;
+        let Island { store, saved, batches, engine, control, .. } = self;
+        let (solver, warm) = (settings.solver, control.warm);
         match engine {
             Engine::Three(model) => {
                 model.assembly.guard = guard;
                 model.assembly.system.parts = parts;
-                Stepper { store, saved, batches, model, gravity, solver, report }.step(h, settings.integrator)
+                Stepper { store, saved, batches, model, gravity, solver, warm, report }
+                    .step(h, settings.integrator)
             }
             Engine::Six(model) => {
                 model.assembly.guard = guard;
                 model.assembly.system.parts = parts;
-                Stepper { store, saved, batches, model, gravity, solver, report }.step(h, settings.integrator)
+                Stepper { store, saved, batches, model, gravity, solver, warm, report }
+                    .step(h, settings.integrator)
             }
         }
     }
 
     pub(crate) fn restore(&mut self) {
         self.store.restore(&self.saved);
+    }
+
+    /// After a good step: rates that the method keeps.
+    pub(crate) fn keep(&mut self, integrator: Integrator) {
+        self.control.warm = integrator == Integrator::GeneralizedAlpha;
+        if self.control.warm {
+            match &self.engine {
+                Engine::Three(model) => model.keep_rates(&mut self.store),
+                Engine::Six(model) => model.keep_rates(&mut self.store),
+            }
+        }
     }
 
     /// Work by time of what has no potential, as assembled last, and how many times too stiff a force was: without end if

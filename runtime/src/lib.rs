@@ -34,6 +34,7 @@
 #[cfg(feature = "collision")]
 extern crate self as forcec_runtime;
 
+mod alpha;
 mod assemble;
 mod batch;
 mod block;

@@ -29,6 +29,9 @@ pub enum Integrator {
     /// Two stages with γ = 1 − 1/√2, L-stable, of order two; each stage is linearised at its predicted pose.
     #[default]
     Sdirk2,
+    /// One stage a step that balances forces at its end, of order two, which damps slow swings little: Chung and Hulbert,
+    /// Journal of Applied Mechanics 60, 1993. It starts, and starts anew after what changes a world, by a step of `Sdirk2`.
+    GeneralizedAlpha,
     /// Six stages with one matrix, of order four, with an estimate of its error that chooses the steps; Hairer and
     /// Wanner, Solving Ordinary Differential Equations II, 1996.
     Rodas4,
@@ -42,7 +45,10 @@ pub enum Integrator {
 /// of 200 × 200 particles.
 const DEAR: usize = 20_000;
 
-/// How often a stage of SDIRK is linearised at most, and how far a solution may turn from its guess, rad: what is left out
+/// γ of SDIRK.
+pub(crate) const SDIRK: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+/// How often a stage is linearised at most, and how far a solution may turn from its guess, rad: what is left out
 /// then opens a joint by 2e-6 of its arm.
 const LINEARISATIONS: usize = 3;
 const FAR: f64 = 0.002;
@@ -52,12 +58,14 @@ pub(crate) struct Model<R: RealField, const D: usize> {
     pub(crate) assembly: Assembly<R, D>,
     pub(crate) space: Workspace<R, D>,
     /// Velocities at the start of the step, and of a stage.
-    start: Vec<SVector<R, D>>,
-    velocity: Vec<SVector<R, D>>,
+    pub(crate) start: Vec<SVector<R, D>>,
+    pub(crate) velocity: Vec<SVector<R, D>>,
     /// Pose of a stage.
     pose: Vec<SVector<R, D>>,
     /// What each stage gave, for poses and for velocities.
-    stages: [[Vec<SVector<R, D>>; 6]; 2],
+    pub(crate) stages: [[Vec<SVector<R, D>>; 6]; 2],
+    /// The rates that the generalised-α method keeps: a, and v̇.
+    pub(crate) rates: [Vec<SVector<R, D>>; 2],
     /// The two polynomial terms of dense output, for poses and for velocities.
     dense: [[Vec<SVector<R, D>>; 2]; 2],
     /// What the whole step adds to poses and velocities.
@@ -76,6 +84,7 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
             velocity: Vec::new(),
             pose: Vec::new(),
             stages: Default::default(),
+            rates: Default::default(),
             dense: Default::default(),
             change: Default::default(),
             driven: Vec::new(),
@@ -152,6 +161,8 @@ pub(crate) struct Stepper<'a, R: RealField, const D: usize> {
     pub(crate) model: &'a mut Model<R, D>,
     pub(crate) gravity: Vector3<R>,
     pub(crate) solver: Solver,
+    /// Whether the rates that bodies keep hold.
+    pub(crate) warm: bool,
     pub(crate) report: &'a mut Report,
 }
 
@@ -196,6 +207,7 @@ where
             Integrator::LinearlyImplicitEuler => self.implicit_euler(h, true),
             Integrator::PaperEuler => self.implicit_euler(h, false),
             Integrator::Sdirk2 => self.sdirk2(h),
+            Integrator::GeneralizedAlpha => self.generalized_alpha(h),
             Integrator::Rodas4 => self.rodas4(h),
             Integrator::SymplecticEuler => self.symplectic_euler(h),
             Integrator::RungeKutta4 => self.runge_kutta(h),
@@ -222,20 +234,20 @@ where
     /// θ carries dexp⁻¹: θ = h(1−γ) ω₁ + hγ (ω₂ − ½ θ × ω₂).
     ///
     /// The first stage starts from v₀ and x₀ ⊕ hγ v₀, the second from v₁ and x₀ ⊕ h v₁.
-    fn sdirk2(&mut self, h: R) -> Option<Outcome<R>> {
-        let gamma = convert::<f64, R>(1.0 - std::f64::consts::FRAC_1_SQRT_2);
+    pub(crate) fn sdirk2(&mut self, h: R) -> Option<Outcome<R>> {
+        let gamma = convert::<f64, R>(SDIRK);
         let step = h * gamma;
         let Model { start, stages: [_, [origin, middle, ..]], .. } = &mut *self.model;
         origin.clone_from(start);
         middle.clone_from(start);
-        let first = self.stage(step, step, |_, v| v * step)?;
+        let first = self.stage(step, step, step * step, |_, v| v * step)?;
         let Model { start, velocity, stages: [_, [origin, middle, ..]], .. } = &mut *self.model;
         middle.clone_from(velocity);
         let share = (R::one() - gamma) / gamma;
         for ((origin, v0), v1) in origin.iter_mut().zip(start).zip(middle) {
             *origin = *v0 + (*v1 - *v0) * share;
         }
-        let second = self.stage(h, step, |v1, v2| {
+        let second = self.stage(h, step, step * step, |v1, v2| {
             let mut x = v1 * (h - step) + v2 * step;
             let bend = angular(&x).cross(&angular(v2)) * (step * convert::<f64, R>(0.5));
             add_angular(&mut x, -bend);
@@ -245,20 +257,22 @@ where
         Some(Outcome { residual: first.max(second), error: None })
     }
 
-    /// One stage of SDIRK at a time: v = o + a step, where o stands in `stages[1][0]`, and the pose that `at` gives for
-    /// the velocities of the stage before, in `stages[1][1]`, and of this one; the residual.
+    /// One stage at a time: v = o + a `step`, where o stands in `stages[1][0]`, and the pose that `at` gives for what stands
+    /// in `stages[1][1]` and for v; the residual. `velocity` holds a guess. With the velocity the pose moves by
+    /// `stiffness` / `step`.
     ///
-    /// It is linear about a guess. What a force with an arm errs by that grows with the square of how far the solution
-    /// has turned from the guess; where that is far, the stage is linear anew about what was found.
-    fn stage(
+    /// It is linear about the guess. What a force with an arm errs by that grows with the square of how far the solution
+    /// has turned from it; where that is far, the stage is linear anew about what was found.
+    pub(crate) fn stage(
         &mut self,
         time: R,
         step: R,
+        stiffness: R,
         at: impl Fn(&SVector<R, D>, &SVector<R, D>) -> SVector<R, D>,
     ) -> Option<R> {
-        let Model { velocity, pose, .. } = &mut *self.model;
-        for (x, v) in pose.iter_mut().zip(velocity) {
-            *x = *v * time;
+        let Model { velocity, pose, stages: [_, [_, before, ..]], .. } = &mut *self.model;
+        for ((x, v), before) in pose.iter_mut().zip(velocity).zip(before) {
+            *x = at(before, v);
         }
         let mut worst = R::zero();
         for left in (0..LINEARISATIONS).rev() {
@@ -286,7 +300,7 @@ where
                 turned = turned.max(angular(change).norm_squared());
                 *x = at(before, v);
             }
-            if left == 0 || turned.sqrt() * step <= convert(FAR) {
+            if left == 0 || turned.sqrt() * (stiffness / step) <= convert(FAR) {
                 break;
             }
         }
@@ -441,7 +455,7 @@ where
     }
 
     /// Puts bodies at the model's pose and velocity, counted from the saved ones; others go along for a time.
-    fn set(&mut self, time: R) {
+    pub(crate) fn set(&mut self, time: R) {
         let Model { assembly, velocity, pose, .. } = &*self.model;
         for (k, (body, node)) in self.store.rigid.iter_mut().zip(&assembly.nodes[0]).enumerate() {
             let saved = &self.saved.rigid[k];

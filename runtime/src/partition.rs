@@ -5,7 +5,7 @@ use crate::island::{Island, Life};
 use crate::kernel::BodyKind;
 use crate::store::Member;
 use crate::world::{Body, Frame, Motion, Place, World};
-use nalgebra::{RealField, Vector3, Vector6, convert};
+use nalgebra::{RealField, Vector3, convert};
 
 impl<R: RealField + Copy> World<R> {
     /// Brings islands up to date: those that fell apart, those whose system has changed, those that are awake.
@@ -139,7 +139,7 @@ impl<R: RealField + Copy> World<R> {
             .position(|member| member.entry == body.entry && member.motion == Motion::Kinematic);
         own.unwrap_or_else(|| {
             let state = self.frames[frame].local_to(island.origin);
-            let member = Member { entry: body.entry, motion: Motion::Kinematic, load: Vector6::zeros() };
+            let member = Member::new(body.entry, Motion::Kinematic);
             island.store.push(body.kind, state, member)
         })
     }

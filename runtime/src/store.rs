@@ -14,9 +14,15 @@ pub(crate) struct Member<R: RealField> {
     pub(crate) motion: Motion<R>,
     /// A force and a torque that act on it until told otherwise.
     pub(crate) load: Vector6<R>,
+    /// What the generalised-α method keeps.
+    pub(crate) rates: [Vector6<R>; 2],
 }
 
 impl<R: RealField + Copy> Member<R> {
+    pub(crate) fn new(entry: usize, motion: Motion<R>) -> Member<R> {
+        Member { entry, motion, load: Vector6::zeros(), rates: [Vector6::zeros(); 2] }
+    }
+
     /// Mass and principal moments, if forces move it.
     pub(crate) fn inertia(&self) -> Option<(R, Vector3<R>)> {
         match self.motion {

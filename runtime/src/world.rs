@@ -466,7 +466,7 @@ impl<R: RealField + Copy> World<R> {
             }
             Motion::Dynamic(..) => {
                 let mut island = Island::new(origin);
-                island.store.push(kind, state, Member { entry, motion, load: Vector6::zeros() });
+                island.store.push(kind, state, Member::new(entry, motion));
                 self.islands.push(island);
                 Place::Island(self.islands.len() - 1, 0)
             }

@@ -11,10 +11,11 @@ fn ball(a: Rigid, b: Rigid, arm_a: Vec3, arm_b: Vec3) -> Vec3 {
     (b.position - a.position) + (b.orientation * arm_b - a.orientation * arm_a)
 }
 
-const INTEGRATORS: [Integrator; 6] = [
+const INTEGRATORS: [Integrator; 7] = [
     Integrator::LinearlyImplicitEuler,
     Integrator::PaperEuler,
     Integrator::Sdirk2,
+    Integrator::GeneralizedAlpha,
     Integrator::Rodas4,
     Integrator::SymplecticEuler,
     Integrator::RungeKutta4,
@@ -123,6 +124,7 @@ fn orders_of_convergence() {
         (Integrator::PaperEuler, 1.0, 1e-3),
         (Integrator::SymplecticEuler, 1.0, 1e-3),
         (Integrator::Sdirk2, 2.0, 1e-3),
+        (Integrator::GeneralizedAlpha, 2.0, 1e-3),
         (Integrator::RungeKutta4, 4.0, 4e-3),
         (Integrator::Rodas4, 4.0, 4e-3),
     ];
@@ -132,6 +134,22 @@ fn orders_of_convergence() {
         println!("{integrator:?}: errors {a:.3e} {b:.3e}, order {measured:.2}");
         assert!((measured - order).abs() < 0.3, "{integrator:?} is of order {measured}");
     }
+}
+
+/// A stiff joint takes from the velocities of a method that balances forces at stages alone.
+#[test]
+fn generalised_alpha_keeps_energy() {
+    let [alpha, sdirk] = [Integrator::GeneralizedAlpha, Integrator::Sdirk2].map(|integrator| {
+        let (mut world, bodies) = chain(10, 1e8, 1.0);
+        world.settings.integrator = integrator;
+        let (_, start) = energies(&world, &bodies);
+        for _ in 0..240 {
+            world.step(1.0 / 240.0).unwrap();
+        }
+        (energies(&world, &bodies).1 - start).abs()
+    });
+    println!("changes of energy: {alpha:.3e} J, {sdirk:.3e} J");
+    assert!(alpha < 0.2 * sdirk);
 }
 
 #[test]
