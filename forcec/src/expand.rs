@@ -408,7 +408,7 @@ fn kernels(
     let others = others.map(|(companion, modules)| {
         let name = format_ident!("{}", companion.module);
         quote! {
-            #[allow(dead_code, reason = "only what a world needs of them is called")]
+            #[allow(dead_code, non_snake_case, reason = "a world calls what it needs; no function has such a name")]
             mod #name {
                 use super::{#(#bodies),*};
                 #modules

@@ -16,7 +16,7 @@ use quote::{format_ident, quote};
 /// A kernel of the same function with other results, for what a world does not need the derivatives apart for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Companion {
-    /// The module that holds those of all functions.
+    /// The module that holds those of all functions; no kernel's name has two underscores.
     pub(crate) module: &'static str,
     pub(crate) outputs: &'static [Part],
     /// Whether only functions with a value have it.
@@ -25,9 +25,9 @@ pub(crate) struct Companion {
 
 /// What a world measures, what an explicit method takes, and what an implicit step takes.
 pub(crate) const COMPANIONS: [Companion; 3] = [
-    Companion { module: "forcec_values", outputs: &[Part::Value], of_values: true },
-    Companion { module: "forcec_loads", outputs: &[Part::Force], of_values: false },
-    Companion { module: "forcec_steps", outputs: &[Part::Force, Part::Matrix], of_values: false },
+    Companion { module: "forcec__values", outputs: &[Part::Value], of_values: true },
+    Companion { module: "forcec__loads", outputs: &[Part::Force], of_values: false },
+    Companion { module: "forcec__steps", outputs: &[Part::Force, Part::Matrix], of_values: false },
 ];
 
 /// The implementation of the runtime's traits by a kernel.

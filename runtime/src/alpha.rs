@@ -1,13 +1,13 @@
 //! The generalised-α method: one stage a step, of order two for stiff joints too.
 //!
-//! Chung and Hulbert, Journal of Applied Mechanics 60, 1993; on Lie groups and with constraints Arnold and Brüls, Multibody
-//! System Dynamics 18, 2007. Forces balance at the end of the step, M v̇₁ = f(x₁, v₁), and with a₁ from
+//! Chung and Hulbert, Journal of Applied Mechanics 60, 1993; with constraints Arnold and Brüls, Multibody System Dynamics 18,
+//! 2007; for rotations Brüls and Cardona, Journal of Computational and Nonlinear Dynamics 5, 2010. Forces balance at the end of the step, M v̇₁ = f(x₁, v₁), and with a₁ from
 //! (1 − αm) a₁ + αm a₀ = (1 − αf) v̇₁ + αf v̇₀
 //!
 //! v₁ = v₀ + h ((1 − γ) a₀ + γ a₁), x₁ = x₀ ⊕ (h v₀ + h² ((½ − β) a₀ + β a₁)).
 //!
-//! Both rates, a and v̇, are kept with the bodies. Where there are none, or what they were is void, a step of SDIRK2 is taken
-//! in place of one.
+//! Both rates, a and v̇, are kept with the bodies. Where there are none, or what they were is void, or the island is solved in
+//! parts, a step of SDIRK2 is taken in place of one.
 
 use crate::assemble::Assembly;
 use crate::methods::{Model, Outcome, SDIRK, Sized3Or6, Stepper};
@@ -40,6 +40,7 @@ where
         // a₁ = share v̇₁ + what is known.
         let share = (1.0 - ALPHA_F) / (1.0 - ALPHA_M);
         let (step, stiffness) = (h * number(GAMMA * share), h * h * number(BETA * share));
+        // With v₁ the pose moves by so much.
         let lever = stiffness / step;
         let Model { start, velocity, rates: [auxiliary, rates], stages: [_, [origin, before, ..]], .. } =
             &mut *self.model;

@@ -57,7 +57,7 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
 /// What of an assembly is wanted beside f.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Wants {
-    /// The matrix; what stands there else stays as it was.
+    /// The matrix; without it the blocks keep what they held.
     pub(crate) matrix: bool,
     /// The derivatives of gyroscopic torque and turning inertia.
     pub(crate) exact: bool,
@@ -91,12 +91,12 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
 }
 
 /// What is to be computed of each force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Need {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Need<R> {
     /// F
     Force,
-    /// F, and `damping` ∂F/∂V + `stiffness` ∂F/∂X.
-    Step,
+    /// F, and h ∂F/∂V + h² ∂F/∂X for this step: multiplied by the factor, that is `damping` ∂F/∂V + `stiffness` ∂F/∂X.
+    Step { step: R, factor: R },
     /// F and its derivatives.
     Derivatives,
 }
@@ -130,6 +130,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         self.force.fill(SVector::zeros());
         if self.wants.matrix {
             self.system.clear();
+            self.swamped = false;
         }
         if self.wants.drift {
             self.drift.fill(SVector::zeros());
@@ -141,26 +142,21 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         }
         self.power = R::zero();
         self.capped = R::zero();
-        self.swamped = false;
     }
 
     /// What is to be computed of each force.
-    pub(crate) fn need(&self) -> Need {
+    pub(crate) fn need(&self) -> Need<R> {
         let Wants { matrix, drift, tangent, .. } = self.wants;
         if self.guard != Guard::None || drift || tangent {
             Need::Derivatives
         } else if !matrix {
             Need::Force
         } else if self.stiffness > R::zero() {
-            Need::Step
+            let step = self.stiffness / self.damping;
+            Need::Step { step, factor: self.damping / step }
         } else {
             Need::Derivatives
         }
-    }
-
-    /// For what step a kernel gives h ∂F/∂V + h² ∂F/∂X so that, multiplied by the second number, that is what is needed.
-    pub(crate) fn step(&self) -> (R, R) {
-        (self.stiffness / self.damping, self.damping * self.damping / self.stiffness)
     }
 
     /// Adds one force.
@@ -226,6 +222,10 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             }
             if self.wants.drift {
                 self.add_drift::<K>(bodies, local, node, row, i);
+            }
+            if matches!(local.derivatives, Derivatives::None) {
+                row += height;
+                continue;
             }
             let mut column = 0;
             for (&other, &place) in K::BODIES.iter().zip(&local.places[i * count..]) {

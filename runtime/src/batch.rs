@@ -79,14 +79,14 @@ impl<K: Kernel> Forces<K> {
 
     fn add_all<const D: usize>(&mut self, bodies: &Bodies<'_, K::Real>, out: &mut Assembly<K::Real, D>) {
         let pairs = K::BODIES.len() * K::BODIES.len();
-        let (need, (step, factor)) = (out.need(), out.step());
+        let need = out.need();
         let forces = self.params.iter().zip(&self.indices).zip(self.places.chunks_exact(pairs));
         for ((params, indices), places) in forces {
             let (force, derivatives) = match need {
                 Need::Force => {
                     (K::evaluate_force(&mut self.force, bodies, *indices, params), Derivatives::None)
                 }
-                Need::Step => {
+                Need::Step { step, factor } => {
                     let (force, matrix) = K::evaluate_step(&mut self.step, bodies, *indices, params, step);
                     (force, Derivatives::Step(matrix, factor))
                 }

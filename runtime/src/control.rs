@@ -143,13 +143,15 @@ impl<R: RealField + Copy> Island<R> {
             Ok((outcome, after, most)) => {
                 self.control.energy = Some(after);
                 self.control.most = most;
-                self.keep(course.settings.integrator);
+                self.keep(course.settings.integrator, course.guard);
                 report.accepted += 1;
                 report.residual = report.residual.max(as_f64(outcome.residual));
                 Ok(outcome.error.unwrap_or(R::zero()))
             }
             Err(error) => {
                 self.restore();
+                // Rates from before are no help where halving is none.
+                self.control.warm &= h == course.h;
                 report.rejected += 1;
                 Err(error)
             }

@@ -361,7 +361,8 @@ impl<R: RealField + Copy> Island<R> {
         self.store.save(&mut self.saved);
         let parts = self.cut(settings);
         let Island { store, saved, batches, engine, control, .. } = self;
-        let (solver, warm) = (settings.solver, control.warm);
+        // Between parts forces are not balanced.
+        let (solver, warm) = (settings.solver, control.warm && parts.is_empty());
         match engine {
             Engine::Three(model) => {
                 model.assembly.guard = guard;
@@ -382,9 +383,9 @@ impl<R: RealField + Copy> Island<R> {
         self.store.restore(&self.saved);
     }
 
-    /// After a good step: rates that the method keeps.
-    pub(crate) fn keep(&mut self, integrator: Integrator) {
-        self.control.warm = integrator == Integrator::GeneralizedAlpha;
+    /// After a good step: rates that the method keeps, unless they are those of tamed forces.
+    pub(crate) fn keep(&mut self, integrator: Integrator, guard: Guard<R>) {
+        self.control.warm = integrator == Integrator::GeneralizedAlpha && guard == Guard::None;
         if self.control.warm {
             match &self.engine {
                 Engine::Three(model) => model.keep_rates(&mut self.store),

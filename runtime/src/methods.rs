@@ -3,7 +3,7 @@
 //! Poses are counted from the start of the step: x₀ + δx, exp(δθ) q₀, so that δ̇x = v and δ̇θ = dexp⁻¹_δθ(ω). A method
 //! takes the state at the start and leaves the one at the end. Bodies that no force moves go along at their velocity.
 //!
-//! Every implicit method solves (M − hγ D − (hγ)² K) δ = b with K = ∂f/∂x and D = ∂f/∂v. Among the forces is the gyroscopic
+//! Every implicit method solves (M − hγ D − s K) δ = b, most with s = (hγ)², where K = ∂f/∂x and D = ∂f/∂v. Among the forces is the gyroscopic
 //! torque −ω × Iω with its derivatives; the rotational diagonal block of K carries the inertia term `[τ]× − I [α]×`, since
 //! the inertia turns with the body: τ is the whole torque, α = I⁻¹τ.
 
@@ -30,7 +30,8 @@ pub enum Integrator {
     #[default]
     Sdirk2,
     /// One stage a step that balances forces at its end, of order two, which damps slow swings little: Chung and Hulbert,
-    /// Journal of Applied Mechanics 60, 1993. It starts, and starts anew after what changes a world, by a step of `Sdirk2`.
+    /// Journal of Applied Mechanics 60, 1993. After what changes bodies or forces, but for loads, it starts by a step of
+    /// `Sdirk2`.
     GeneralizedAlpha,
     /// Six stages with one matrix, of order four, with an estimate of its error that chooses the steps; Hairer and
     /// Wanner, Solving Ordinary Differential Equations II, 1996.
@@ -161,7 +162,7 @@ pub(crate) struct Stepper<'a, R: RealField, const D: usize> {
     pub(crate) model: &'a mut Model<R, D>,
     pub(crate) gravity: Vector3<R>,
     pub(crate) solver: Solver,
-    /// Whether the rates that bodies keep hold.
+    /// Whether the rates that bodies keep are those of the present state.
     pub(crate) warm: bool,
     pub(crate) report: &'a mut Report,
 }
@@ -281,11 +282,8 @@ where
             for ((lag, v), origin) in assembly.lag.iter_mut().zip(velocity).zip(origin) {
                 *lag = *v - *origin;
             }
-            self.assemble(
-                step,
-                step * step,
-                Wants { matrix: true, exact: true, lag: true, ..Wants::default() },
-            );
+            let wants = Wants { matrix: true, exact: true, lag: true, ..Wants::default() };
+            self.assemble(step, stiffness, wants);
             let Assembly { system, force, lag, .. } = &mut self.model.assembly;
             for ((b, f), momentum) in system.rhs.iter_mut().zip(force).zip(lag) {
                 *b = *f * step - *momentum;

@@ -152,6 +152,28 @@ fn generalised_alpha_keeps_energy() {
     assert!(alpha < 0.2 * sdirk);
 }
 
+/// A swing far faster than the steps is left 0.6 of at each, as the square of the number of steps grows.
+#[test]
+fn generalised_alpha_damps_the_fastest() {
+    #[energy]
+    fn well(p: Particle, stiffness: Real) -> Real {
+        0.5 * stiffness * p.position.norm_squared()
+    }
+    let mut world = World::default();
+    world.settings.integrator = Integrator::GeneralizedAlpha;
+    world.settings.energy_growth = 1e6;
+    let state = Particle { position: Vec3::x(), ..Particle::default() };
+    let particle = world.add_particle(state, Motion::Dynamic(1.0, Vec3::zeros())).unwrap();
+    world.add(well::Params { stiffness: 1e12 }, [particle]).unwrap();
+    let sizes = [0; 60].map(|_| {
+        world.step(1e-2).unwrap();
+        world.particle(particle).unwrap().position.norm()
+    });
+    let shares = [20, 40].map(|k| sizes[k..k + 20].iter().fold(0.0_f64, |most, x| most.max(*x)));
+    println!("of {:.1e} m: {:.1e}, {:.1e}", sizes[1], shares[0], shares[1]);
+    assert!(sizes[1] > 0.0 && shares[1] < 20.0 * 0.6_f64.powi(20) * shares[0]);
+}
+
 #[test]
 fn residuals_are_small() {
     for rods in [10, 1_000] {

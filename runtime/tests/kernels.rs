@@ -162,6 +162,40 @@ fn kernels_are_evaluated_in_place() {
     assert_eq!(fields::rail_f32::FREEDOMS, 6);
 }
 
+/// F alone, and F with the matrix of a step, are those of the whole kernel.
+fn agree<K: Kernel<Real = f64>>(bodies: &Bodies<'_, f64>, indices: K::Indices, params: &K::Params) {
+    let (mut whole, mut force, mut step) = (K::default(), K::Force::default(), K::Step::default());
+    whole.evaluate(bodies, indices, params);
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + a.abs());
+    let alone = K::evaluate_force(&mut force, bodies, indices, params);
+    assert!(alone.iter().zip(whole.force()).all(|(a, b)| near(*a, *b)), "{}", K::NAME);
+    let h = 0.25;
+    let (beside, matrix) = K::evaluate_step(&mut step, bodies, indices, params, h);
+    assert!(beside.iter().zip(whole.force()).all(|(a, b)| near(*a, *b)), "{}", K::NAME);
+    assert_eq!(matrix.len(), K::FREEDOMS * K::FREEDOMS);
+    let sums = whole.dfdv().iter().zip(whole.dfdx()).map(|(v, x)| h * v + h * h * x);
+    assert!(matrix.iter().zip(sums).all(|(a, b)| near(*a, b)), "{}", K::NAME);
+}
+
+#[test]
+fn kernels_with_fewer_results_agree() {
+    use forcec_runtime::prelude::*;
+    let turned = |x: f64| Rigid {
+        position: Vec3::new(x, 0.5, -x),
+        velocity: Vec3::new(0.1, x, 0.3),
+        angular_velocity: Vec3::new(x, -1.0, 2.0),
+        orientation: Quat::from_scaled_axis(Vec3::new(0.3, x, -0.2)),
+    };
+    let rigid = [turned(0.4), turned(-1.2)];
+    let mut particles = [Particle::default(); 3];
+    particles[1].position = Vec3::new(3.0, 0.5, 0.0);
+    particles[2].velocity = Vec3::new(0.0, 1.0, 2.0);
+    let bodies = Bodies { rigid: &rigid, particles: &particles };
+    let spring = alone::spring::Params { rest_length: 1.0, stiffness: 10.0, damping: 3.0 };
+    agree::<alone::spring::Output>(&bodies, [2, 1], &spring);
+    agree::<fields::homing::Output>(&bodies, [1, 1], &());
+}
+
 #[test]
 fn single_precision_is_single_throughout() {
     use forcec_runtime::prelude_f32::*;

@@ -39,7 +39,7 @@ fn kernels(items: &[syn::Item], found: &mut BTreeMap<String, String>) {
     for item in items {
         let syn::Item::Mod(module) = item else { continue };
         // What a world needs beside is another request's.
-        if ["forcec_values", "forcec_loads", "forcec_steps"].iter().any(|name| module.ident == name) {
+        if module.ident.to_string().starts_with("forcec__") {
             continue;
         }
         match module.vis {

@@ -17,6 +17,8 @@ pub struct Problem {
     pub copies: usize,
     /// The scene of the peers that is the same, if any.
     pub peers: Option<&'static str>,
+    /// How many times as long a run of it may take as one of others.
+    pub dear: f64,
     /// What is judged.
     pub judged: Judged,
 }
@@ -76,6 +78,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || c10(1e6),
         copies: 1,
         peers: None,
+        dear: 1.0,
         judged: end(|_| c10(1e6), Integrator::Rodas4, [1e-4, 5e-5]),
     },
     Problem {
@@ -84,6 +87,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || c10(1e8),
         copies: 1,
         peers: None,
+        dear: 1.0,
         judged: end(|_| c10(1e8), Integrator::Rodas4, [1e-4, 5e-5]),
     },
     Problem {
@@ -92,6 +96,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || robots(25, 1e6, true),
         copies: 25,
         peers: Some("ben25"),
+        dear: 1.0,
         judged: end(rigid_robot, Integrator::Rodas4, [2e-4, 1e-4]),
     },
     Problem {
@@ -100,6 +105,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || robots(25, 1e7, true),
         copies: 25,
         peers: Some("ben25"),
+        dear: 1.0,
         judged: end(rigid_robot, Integrator::Rodas4, [2e-4, 1e-4]),
     },
     Problem {
@@ -108,6 +114,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || robots(25, 1e7, false),
         copies: 25,
         peers: Some("ben25-free"),
+        dear: 1.0,
         judged: Judged::Energy,
     },
     Problem {
@@ -116,6 +123,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: t_handle,
         copies: 1,
         peers: None,
+        dear: 1.0,
         judged: Judged::End(Reference {
             make: |_| t_handle(),
             integrator: Integrator::RungeKutta4,
@@ -129,6 +137,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: falling,
         copies: 1,
         peers: None,
+        dear: 6.0,
         judged: end(|_| falling(), Integrator::RungeKutta4, [4e-4, 2e-4]),
     },
     Problem {
@@ -137,6 +146,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || bar([20, 4, 4]),
         copies: 1,
         peers: None,
+        dear: 1.0,
         judged: end(|_| bar([20, 4, 4]), Integrator::RungeKutta4, [4e-4, 2e-4]),
     },
 ];
