@@ -14,10 +14,10 @@ use crate::outputs::Part;
 use crate::span::{Source, Span};
 use crate::syntax::{self, ast};
 use crate::targets::rust::{body_type, kernel_module, module_name};
-use crate::ties::{COMPANIONS, ties};
+use crate::ties::{COMPANIONS, Companion, ties};
 use proc_macro2::{Delimiter, Group, Ident, Literal, Spacing, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use syn::parse::{ParseStream, Parser};
@@ -307,21 +307,18 @@ fn compiled(items: &[syn::Item], tokens: TokenStream, reading: &Reading<'_>) -> 
 /// The force functions of a file.
 struct Functions {
     forces: Vec<Stages>,
-    /// The same with other results, of those that the runtime calls, by their rows in `COMPANIONS`.
-    companions: HashMap<String, [Option<Stages>; 3]>,
+    /// The same with other results, of those that the runtime calls.
+    companions: HashMap<String, Vec<(&'static Companion, Stages)>>,
 }
 
 impl Functions {
     fn compile(file: &ast::File, request: &Request) -> Result<Functions, Diagnostics> {
         let forces = compile_file(file, &|_| true, request.clone())?.functions;
-        let mut companions: HashMap<String, [Option<Stages>; 3]> = HashMap::new();
-        for (row, companion) in COMPANIONS.iter().enumerate() {
+        let mut companions: HashMap<String, Vec<(&'static Companion, Stages)>> = HashMap::new();
+        for companion in &COMPANIONS {
             // Functions of which the same is wanted are compiled together.
             let mut wanted: Vec<(Request, Vec<&str>)> = Vec::new();
-            let has_it = |stages: &&Stages| {
-                is_tied(stages) && (stages.definition.law.rows() > 0 || !companion.of_values)
-            };
-            for stages in forces.iter().filter(has_it) {
+            for stages in forces.iter().filter(|stages| is_tied(stages) && companion.is_of(stages)) {
                 let name = stages.definition.name.as_str();
                 let own = file.function(name).map(ast::Function::choices);
                 let own = request.of(own.into_iter().flatten());
@@ -334,7 +331,7 @@ impl Functions {
             for (request, names) in wanted {
                 for stages in compile_file(file, &|name| names.contains(&name), request)?.functions {
                     let name = stages.definition.name.clone();
-                    companions.entry(name).or_default()[row] = Some(stages);
+                    companions.entry(name).or_default().push((companion, stages));
                 }
             }
         }
@@ -361,7 +358,7 @@ fn kernels(
 ) -> TokenStream {
     let inner = format_ident!("forcec_{}", name.trim_start_matches("r#"));
     let (mut modules, mut names) = (TokenStream::new(), TokenStream::new());
-    let mut others: [TokenStream; 3] = Default::default();
+    let mut others: BTreeMap<&str, TokenStream> = BTreeMap::new();
     let mut bodies: Vec<Ident> = Vec::new();
     let mut several: Vec<String> = Vec::new();
     let parsed = |text: &str| {
@@ -377,8 +374,9 @@ fn kernels(
         for precision in precisions {
             modules.extend(parsed(&kernel_module(kernel, precision)));
             if let Some(companions) = functions.companions.get(source) {
-                for (modules, companion) in others.iter_mut().zip(companions) {
-                    modules.extend(companion.iter().map(|it| parsed(&kernel_module(&it.kernel, precision))));
+                for (row, companion) in companions {
+                    let modules = others.entry(row.module).or_default();
+                    modules.extend(parsed(&kernel_module(&companion.kernel, precision)));
                 }
                 modules.extend(ties(function, companions, precision));
             }
@@ -404,9 +402,8 @@ fn kernels(
             }
         }
     }
-    let others = COMPANIONS.iter().zip(&others).filter(|(_, modules)| !modules.is_empty());
-    let others = others.map(|(companion, modules)| {
-        let name = format_ident!("{}", companion.module);
+    let others = others.iter().map(|(module, modules)| {
+        let name = format_ident!("{module}");
         quote! {
             #[allow(dead_code, non_snake_case, reason = "a world calls what it needs; no function has such a name")]
             mod #name {
@@ -415,7 +412,6 @@ fn kernels(
             }
         }
     });
-    let others = others.collect::<TokenStream>();
     let several = several.iter().map(|text| parsed(text));
     let bodies = (!bodies.is_empty()).then(|| quote!(use ::forcec_runtime::{#(#bodies),*};));
     quote! {
@@ -424,7 +420,7 @@ fn kernels(
             #bodies
             #(#several)*
             #modules
-            #others
+            #(#others)*
         }
     }
 }

@@ -14,25 +14,33 @@ use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
 /// A kernel of the same function with other results, for what a world does not need the derivatives apart for.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(crate) struct Companion {
     /// The module that holds those of all functions; no kernel's name has two underscores.
     pub(crate) module: &'static str,
     pub(crate) outputs: &'static [Part],
-    /// Whether only functions with a value have it.
-    pub(crate) of_values: bool,
 }
 
-/// What a world measures, what an explicit method takes, and what an implicit step takes.
-pub(crate) const COMPANIONS: [Companion; 3] = [
-    Companion { module: "forcec__values", outputs: &[Part::Value], of_values: true },
-    Companion { module: "forcec__loads", outputs: &[Part::Force], of_values: false },
-    Companion { module: "forcec__steps", outputs: &[Part::Force, Part::Matrix], of_values: false },
+/// What a world measures, of functions with a value; what an explicit method takes; and what an implicit step takes.
+pub(crate) static COMPANIONS: [Companion; 3] = [
+    Companion { module: "forcec__values", outputs: &[Part::Value] },
+    Companion { module: "forcec__loads", outputs: &[Part::Force] },
+    Companion { module: "forcec__steps", outputs: &[Part::Force, Part::Matrix] },
 ];
 
+impl Companion {
+    /// Whether a function has it.
+    pub(crate) fn is_of(&self, function: &Stages) -> bool {
+        function.definition.law.rows() > 0 || !self.outputs.contains(&Part::Value)
+    }
+}
+
 /// The implementation of the runtime's traits by a kernel.
-pub(crate) fn ties(function: &Stages, companions: &[Option<Stages>; 3], precision: Precision) -> TokenStream {
-    let [value, force, step] = companions.each_ref().map(Option::as_ref);
+pub(crate) fn ties(
+    function: &Stages,
+    companions: &[(&Companion, Stages)],
+    precision: Precision,
+) -> TokenStream {
     let kernel = &function.kernel;
     let signature = &kernel.schedule.signature;
     let module = format_ident!("{}", module_name(kernel, precision));
@@ -44,10 +52,7 @@ pub(crate) fn ties(function: &Stages, companions: &[Option<Stages>; 3], precisio
         quote!(&bodies.#array[indices[#k]],)
     });
     let arguments = arguments.collect::<Vec<_>>();
-    let measure = value.map(|value| measure(value, &arguments, precision));
-    let [force, step] = [(force, 1), (step, 2)].map(|(companion, row)| {
-        companion.map(|companion| other(companion, &COMPANIONS[row], &arguments, precision))
-    });
+    let companions = companions.iter().map(|(row, companion)| tie(row, companion, &arguments, precision));
     let numbers = numbers(function, precision);
     let (params, pass, knows) = if !signature.has_given() {
         (quote!(()), quote!(), quote!())
@@ -93,23 +98,70 @@ pub(crate) fn ties(function: &Stages, companions: &[Option<Stages>; 3], precisio
                 self.dfdv.as_flattened()
             }
 
-            #measure
-            #force
-            #step
+            #(#companions)*
             #numbers
         }
         #knows
     }
 }
 
-/// What a constraint or an energy adds to what a world measures.
-fn measure(value: &Stages, arguments: &[TokenStream], precision: Precision) -> TokenStream {
-    let signature = &value.kernel.schedule.signature;
-    let module = format_ident!("{}", module_name(&value.kernel, precision));
+/// What evaluates a companion in place, with the bodies of a world.
+fn tie(row: &Companion, companion: &Stages, arguments: &[TokenStream], precision: Precision) -> TokenStream {
+    let signature = &companion.kernel.schedule.signature;
+    let module = format_ident!("{}", module_name(&companion.kernel, precision));
     let real = format_ident!("{}", precision.name());
-    let count = signature.bodies.len();
-    let Passed { place, unused, params, pass } = Passed::new(value, &COMPANIONS[0], precision);
-    let result = match value.definition.law {
+    let own = format_ident!("{}", row.module);
+    let count = arguments.len();
+    let names = field_names(signature);
+    let (params, pass) = if signature.has_given() {
+        let pass = quote!(&#own::#module::Params { #(#names: params.#names),* },);
+        (quote!(params: &#module::Params), pass)
+    } else {
+        (quote!(_params: &()), quote!())
+    };
+    let place = quote!(bodies: &::forcec_runtime::Bodies<'_, #real>, indices: [usize; #count], #params);
+    let output = quote!(#own::#module::Output);
+    let evaluate = quote!(#own::#module::evaluate);
+    let pass = quote!(#(#arguments)* #pass);
+    match row.outputs {
+        [Part::Value] => {
+            let measure = measure(companion, &real);
+            quote! {
+                const HAS_POTENTIAL: bool = true;
+
+                #[inline]
+                fn measure(#place) -> ::forcec_runtime::Measure<#real> {
+                    let mut out = #output::default();
+                    #evaluate(#pass &mut out);
+                    #measure
+                }
+            }
+        }
+        [Part::Force] => quote! {
+            type Force = #output;
+
+            #[inline]
+            fn evaluate_force<'a>(out: &'a mut #output, #place) -> &'a [#real] {
+                #evaluate(#pass out);
+                &out.force
+            }
+        },
+        _ => quote! {
+            type Step = #output;
+
+            #[inline]
+            fn evaluate_step<'a>(out: &'a mut #output, #place, step: #real) -> (&'a [#real], &'a [#real]) {
+                #evaluate(#pass step, out);
+                (&out.force, out.matrix.as_flattened())
+            }
+        },
+    }
+}
+
+/// What a constraint or an energy adds to what a world measures, of the values in `out`.
+fn measure(value: &Stages, real: &Ident) -> TokenStream {
+    let signature = &value.kernel.schedule.signature;
+    match value.definition.law {
         Law::Constraint { unilateral, per_row, .. } => {
             let side = unilateral.then(|| quote!(.min(0.0)));
             let given =
@@ -135,83 +187,6 @@ fn measure(value: &Stages, arguments: &[TokenStream], precision: Precision) -> T
             }
         }
         _ => quote!(::forcec_runtime::Measure { energy: out.value[0], gap: 0.0 }),
-    };
-    quote! {
-        const HAS_POTENTIAL: bool = true;
-
-        #[inline]
-        fn measure(
-            bodies: &::forcec_runtime::Bodies<'_, #real>,
-            indices: [usize; #count],
-            #unused: &#params,
-        ) -> ::forcec_runtime::Measure<#real> {
-            let mut out = #place::#module::Output::default();
-            #place::#module::evaluate(#(#arguments)* #pass &mut out);
-            #result
-        }
-    }
-}
-
-/// F alone, or with the matrix of a step.
-fn other(
-    companion: &Stages,
-    row: &Companion,
-    arguments: &[TokenStream],
-    precision: Precision,
-) -> TokenStream {
-    let module = format_ident!("{}", module_name(&companion.kernel, precision));
-    let real = format_ident!("{}", precision.name());
-    let count = arguments.len();
-    let Passed { place, unused, params, pass } = Passed::new(companion, row, precision);
-    let in_place = quote! {
-        bodies: &::forcec_runtime::Bodies<'_, #real>,
-        indices: [usize; #count],
-        #unused: &#params
-    };
-    if row.outputs.contains(&Part::Matrix) {
-        quote! {
-            type Step = #place::#module::Output;
-
-            #[inline]
-            fn evaluate_step<'a>(out: &'a mut Self::Step, #in_place, step: #real) -> (&'a [#real], &'a [#real]) {
-                #place::#module::evaluate(#(#arguments)* #pass step, out);
-                (&out.force, out.matrix.as_flattened())
-            }
-        }
-    } else {
-        quote! {
-            type Force = #place::#module::Output;
-
-            #[inline]
-            fn evaluate_force<'a>(out: &'a mut Self::Force, #in_place) -> &'a [#real] {
-                #place::#module::evaluate(#(#arguments)* #pass out);
-                &out.force
-            }
-        }
-    }
-}
-
-/// How parameters of a kernel are passed on to a companion.
-struct Passed {
-    /// The module of companions.
-    place: Ident,
-    /// The argument's name, its type, and what is passed.
-    unused: TokenStream,
-    params: TokenStream,
-    pass: Option<TokenStream>,
-}
-
-impl Passed {
-    fn new(companion: &Stages, row: &Companion, precision: Precision) -> Passed {
-        let signature = &companion.kernel.schedule.signature;
-        let module = format_ident!("{}", module_name(&companion.kernel, precision));
-        let place = format_ident!("{}", row.module);
-        let names = field_names(signature);
-        let given = signature.has_given();
-        let pass = given.then(|| quote!(&#place::#module::Params { #(#names: params.#names),* },));
-        let (unused, params) =
-            if given { (quote!(params), quote!(#module::Params)) } else { (quote!(_params), quote!(())) };
-        Passed { place, unused, params, pass }
     }
 }
 

@@ -1,8 +1,8 @@
 //! The generalised-α method: one stage a step, of order two for stiff joints too.
 //!
 //! Chung and Hulbert, Journal of Applied Mechanics 60, 1993; with constraints Arnold and Brüls, Multibody System Dynamics 18,
-//! 2007; for rotations Brüls and Cardona, Journal of Computational and Nonlinear Dynamics 5, 2010. Forces balance at the end of the step, M v̇₁ = f(x₁, v₁), and with a₁ from
-//! (1 − αm) a₁ + αm a₀ = (1 − αf) v̇₁ + αf v̇₀
+//! 2007; for rotations Brüls and Cardona, Journal of Computational and Nonlinear Dynamics 5, 2010. Forces balance at the end of
+//! the step, M v̇₁ = f(x₁, v₁), and with a₁ from (1 − αm) a₁ + αm a₀ = (1 − αf) v̇₁ + αf v̇₀
 //!
 //! v₁ = v₀ + h ((1 − γ) a₀ + γ a₁), x₁ = x₀ ⊕ (h v₀ + h² ((½ − β) a₀ + β a₁)).
 //!
