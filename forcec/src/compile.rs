@@ -180,6 +180,16 @@ pub(crate) fn unknown<'f>(
 
 /// That a force has no value is an error where its value is wanted.
 pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
+    let pulls = |part: &&Part| matches!(part, Part::Multiplier | Part::MultiplierStep | Part::Held);
+    if let Some(part) =
+        outputs.iter().find(pulls).filter(|_| !matches!(definition.law, Law::Constraint { .. }))
+    {
+        let message = format!("`{}` has no multipliers, and so no `{}`", definition.name, part.name());
+        return Some(
+            Diagnostic::error(definition.span, message, "only constraints have")
+                .help("name the constraints with `--only`, or ask for `matrix`"),
+        );
+    }
     let wanted = outputs.iter().any(|part| part.row().rows == Axis::Row);
     (wanted && definition.law.rows() == 0).then(|| {
         let message = format!("the force `{}` has neither value nor jacobian", definition.name);

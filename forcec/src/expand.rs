@@ -318,7 +318,9 @@ impl Functions {
         for companion in &COMPANIONS {
             // Functions of which the same is wanted are compiled together.
             let mut wanted: Vec<(Request, Vec<&str>)> = Vec::new();
-            for stages in forces.iter().filter(|stages| is_tied(stages) && companion.is_of(stages)) {
+            for stages in
+                forces.iter().filter(|stages| is_tied(stages) && (companion.is_of)(&stages.definition.law))
+            {
                 let name = stages.definition.name.as_str();
                 let own = file.function(name).map(ast::Function::choices);
                 let own = request.of(own.into_iter().flatten());
@@ -406,6 +408,7 @@ fn kernels(
         let name = format_ident!("{module}");
         quote! {
             #[allow(dead_code, non_snake_case, reason = "a world calls what it needs; no function has such a name")]
+            #[allow(clippy::too_many_arguments, reason = "they are bodies, parameters, a step and multipliers")]
             mod #name {
                 use super::{#(#bodies),*};
                 #modules

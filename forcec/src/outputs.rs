@@ -16,6 +16,8 @@ pub enum Part {
     Rate,
     /// ∂C/∂X, or ∂E/∂X
     Jacobian,
+    /// λ
+    Multiplier,
     /// F
     Force,
     /// ∂F/∂X
@@ -26,6 +28,10 @@ pub enum Part {
     Impulse,
     /// h ∂F/∂V + h² ∂F/∂X
     Matrix,
+    /// h ∂λ/∂V + h² ∂λ/∂X
+    MultiplierStep,
+    /// `Matrix` where λ is given
+    Held,
     /// ∂F/∂X p
     DfdxProduct,
     /// ∂F/∂V p
@@ -54,17 +60,18 @@ pub enum Extra {
     Step,
     /// p
     Direction,
+    /// λ, as it was
+    Multipliers,
 }
 
 impl Extra {
     /// As an argument of kernels with this signature.
     pub fn parameter(self, signature: &Signature) -> Parameter {
+        let list = |length: usize| ParameterType::Array(length as u32, Box::new(ParameterType::Real));
         let (name, ty) = match self {
             Extra::Step => ("step", ParameterType::Real),
-            Extra::Direction => {
-                let real = Box::new(ParameterType::Real);
-                ("direction", ParameterType::Array(signature.freedoms() as u32, real))
-            }
+            Extra::Direction => ("direction", list(signature.freedoms())),
+            Extra::Multipliers => ("multipliers", list(signature.rows)),
         };
         Parameter { name: name.to_owned(), ty, domain: Domain::Any, value: None }
     }
@@ -84,20 +91,20 @@ pub struct PartRow {
     /// What its columns count; `None` for a list.
     pub columns: Option<Axis>,
     /// What else it is made of.
-    pub extra: Option<Extra>,
+    pub extras: &'static [Extra],
     /// What it is, for the generated documentation.
     pub summary: &'static str,
 }
 
 /// Every result, in the order in which they are stored.
-pub static PARTS: [PartRow; 12] = [
+pub static PARTS: [PartRow; 15] = [
     PartRow {
         part: Part::Value,
         name: "value",
         title: "C",
         rows: Axis::Row,
         columns: None,
-        extra: None,
+        extras: &[],
         summary: "the rows of the constraint, or the energy",
     },
     PartRow {
@@ -106,7 +113,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "dC/dt",
         rows: Axis::Row,
         columns: None,
-        extra: None,
+        extras: &[],
         summary: "the rate of `value`",
     },
     PartRow {
@@ -115,8 +122,17 @@ pub static PARTS: [PartRow; 12] = [
         title: "J",
         rows: Axis::Row,
         columns: Some(Axis::Coordinate),
-        extra: None,
+        extras: &[],
         summary: "`jacobian[i][j]` is the derivative of `value[i]` along pose coordinate j",
+    },
+    PartRow {
+        part: Part::Multiplier,
+        name: "multiplier",
+        title: "lambda",
+        rows: Axis::Row,
+        columns: None,
+        extras: &[],
+        summary: "what each row of C pulls with: stiffness C + damping dC/dt, or zero where a one-sided row does nothing",
     },
     PartRow {
         part: Part::Force,
@@ -124,7 +140,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "F",
         rows: Axis::Coordinate,
         columns: None,
-        extra: None,
+        extras: &[],
         summary: "generalised force F, in argument order",
     },
     PartRow {
@@ -133,7 +149,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "dF/dX",
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
-        extra: None,
+        extras: &[],
         summary: "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j",
     },
     PartRow {
@@ -142,7 +158,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "dF/dV",
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
-        extra: None,
+        extras: &[],
         summary: "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j",
     },
     PartRow {
@@ -151,7 +167,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "h (F + h dF/dX V)",
         rows: Axis::Coordinate,
         columns: None,
-        extra: Some(Extra::Step),
+        extras: &[Extra::Step],
         summary: "h (F + h dF/dX V), with h the `step`, in argument order",
     },
     PartRow {
@@ -160,8 +176,26 @@ pub static PARTS: [PartRow; 12] = [
         title: "h dF/dV + h^2 dF/dX",
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
-        extra: Some(Extra::Step),
+        extras: &[Extra::Step],
         summary: "h dF/dV + h^2 dF/dX, with h the `step`",
+    },
+    PartRow {
+        part: Part::MultiplierStep,
+        name: "multiplier_step",
+        title: "h dlambda/dV + h^2 dlambda/dX",
+        rows: Axis::Row,
+        columns: Some(Axis::Coordinate),
+        extras: &[Extra::Step],
+        summary: "h dlambda/dV + h^2 dlambda/dX, with h the `step`",
+    },
+    PartRow {
+        part: Part::Held,
+        name: "held_matrix",
+        title: "h dF/dV + h^2 dF/dX, lambda given",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        extras: &[Extra::Step, Extra::Multipliers],
+        summary: "`matrix`, the gradients of C turning under the `multipliers` in place of lambda",
     },
     PartRow {
         part: Part::DfdxProduct,
@@ -169,7 +203,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "dF/dX p",
         rows: Axis::Coordinate,
         columns: None,
-        extra: Some(Extra::Direction),
+        extras: &[Extra::Direction],
         summary: "dF/dX times the `direction`",
     },
     PartRow {
@@ -178,7 +212,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "dF/dV p",
         rows: Axis::Coordinate,
         columns: None,
-        extra: Some(Extra::Direction),
+        extras: &[Extra::Direction],
         summary: "dF/dV times the `direction`",
     },
     PartRow {
@@ -187,7 +221,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "list",
         rows: Axis::Entry,
         columns: None,
-        extra: None,
+        extras: &[],
         summary: "a list of entries of other results",
     },
     PartRow {
@@ -196,7 +230,7 @@ pub static PARTS: [PartRow; 12] = [
         title: "block",
         rows: Axis::Entry,
         columns: Some(Axis::Entry),
-        extra: None,
+        extras: &[],
         summary: "some rows and columns of another result",
     },
 ];
@@ -282,7 +316,7 @@ impl Part {
     pub const DEFAULT: [Part; 3] = [Part::Force, Part::Dfdx, Part::Dfdv];
 
     /// What may be asked for, and what it stands for: `value` is C with its rate.
-    pub const CHOICES: [(&'static str, &'static [Part]); 9] = [
+    pub const CHOICES: [(&'static str, &'static [Part]); 12] = [
         ("value", &[Part::Value, Part::Rate]),
         ("jacobian", &[Part::Jacobian]),
         ("force", &[Part::Force]),
@@ -290,6 +324,9 @@ impl Part {
         ("dfdv", &[Part::Dfdv]),
         ("impulse", &[Part::Impulse]),
         ("matrix", &[Part::Matrix]),
+        ("multiplier", &[Part::Multiplier]),
+        ("multiplier_step", &[Part::MultiplierStep]),
+        ("held_matrix", &[Part::Held]),
         ("dfdx_product", &[Part::DfdxProduct]),
         ("dfdv_product", &[Part::DfdvProduct]),
     ];
@@ -306,7 +343,7 @@ impl Part {
 
     /// What these results take beside bodies and parameters.
     pub fn extras(parts: &[Part]) -> Vec<Extra> {
-        let mut extras: Vec<Extra> = parts.iter().filter_map(|part| part.row().extra).collect();
+        let mut extras: Vec<Extra> = parts.iter().flat_map(|part| part.row().extras).copied().collect();
         extras.sort_unstable();
         extras.dedup();
         extras

@@ -19,20 +19,29 @@ pub(crate) struct Companion {
     /// The module that holds those of all functions; no kernel's name has two underscores.
     pub(crate) module: &'static str,
     pub(crate) outputs: &'static [Part],
+    /// Whether a function has it.
+    pub(crate) is_of: fn(&Law) -> bool,
 }
 
-/// What a world measures, of functions with a value; what an explicit method takes; and what an implicit step takes.
-pub(crate) static COMPANIONS: [Companion; 3] = [
-    Companion { module: "forcec__values", outputs: &[Part::Value] },
-    Companion { module: "forcec__loads", outputs: &[Part::Force] },
-    Companion { module: "forcec__steps", outputs: &[Part::Force, Part::Matrix] },
+/// What a world measures; what an explicit method takes; and what an implicit step takes, of what has multipliers and of
+/// what has none.
+pub(crate) static COMPANIONS: [Companion; 4] = [
+    Companion { module: "forcec__values", outputs: &[Part::Value], is_of: |law| law.rows() > 0 },
+    Companion { module: "forcec__loads", outputs: &[Part::Force], is_of: |_| true },
+    Companion {
+        module: "forcec__steps",
+        outputs: &[Part::Multiplier, Part::Force, Part::MultiplierStep, Part::Held],
+        is_of: has_multipliers,
+    },
+    Companion {
+        module: "forcec__steps",
+        outputs: &[Part::Force, Part::Matrix],
+        is_of: |law| !has_multipliers(law),
+    },
 ];
 
-impl Companion {
-    /// Whether a function has it.
-    pub(crate) fn is_of(&self, function: &Stages) -> bool {
-        function.definition.law.rows() > 0 || !self.outputs.contains(&Part::Value)
-    }
+fn has_multipliers(law: &Law) -> bool {
+    matches!(law, Law::Constraint { .. })
 }
 
 /// The implementation of the runtime's traits by a kernel.
@@ -146,15 +155,40 @@ fn tie(row: &Companion, companion: &Stages, arguments: &[TokenStream], precision
                 &out.force
             }
         },
-        _ => quote! {
-            type Step = #output;
+        _ => {
+            let (law, count) = (&companion.definition.law, signature.rows);
+            let rows = match law {
+                Law::Constraint { unilateral, .. } => {
+                    quote!(const ROWS: usize = #count; const ONE_SIDED: bool = #unilateral;)
+                }
+                _ => quote!(),
+            };
+            let (taken, passed, matrix, own) = if has_multipliers(law) {
+                (
+                    quote!(multipliers),
+                    quote!(multipliers.first_chunk().expect("a multiplier for each row"),),
+                    quote!(held_matrix),
+                    quote!(multipliers: &out.multiplier, slopes: out.multiplier_step.as_flattened(),),
+                )
+            } else {
+                (quote!(_multipliers), quote!(), quote!(matrix), quote!(multipliers: &[], slopes: &[],))
+            };
+            quote! {
+                type Step = #output;
+                #rows
 
-            #[inline]
-            fn evaluate_step<'a>(out: &'a mut #output, #place, step: #real) -> (&'a [#real], &'a [#real]) {
-                #evaluate(#pass step, out);
-                (&out.force, out.matrix.as_flattened())
+                #[inline]
+                fn evaluate_step<'a>(
+                    out: &'a mut #output,
+                    #place,
+                    step: #real,
+                    #taken: &[#real],
+                ) -> ::forcec_runtime::Linear<'a, #real> {
+                    #evaluate(#pass step, #passed out);
+                    ::forcec_runtime::Linear { force: &out.force, matrix: out.#matrix.as_flattened(), #own }
+                }
             }
-        },
+        }
     }
 }
 

@@ -331,7 +331,12 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             self.add_mass(node, mass);
             let mut turning = inertia;
             if self.wants.exact {
-                let torque = angular(&self.force[node]);
+                // What a guess leaves out of balance is no part of how the inertia turns.
+                let torque = if self.wants.lag {
+                    angular(&self.lag[node]) / self.damping
+                } else {
+                    angular(&self.force[node])
+                };
                 let spun = crossed(&spin, &inertia);
                 let l = momentum.cross_matrix();
                 let with_inertia = crossed(&frame.accelerate(&torque), &inertia).transpose();

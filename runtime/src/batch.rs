@@ -5,8 +5,8 @@
 //! the step.
 
 use crate::assemble::{Assembly, Derivatives, Local, NOWHERE, Need};
-use crate::kernel::{Bodies, BodyKind, Kernel, Measure};
-use nalgebra::RealField;
+use crate::kernel::{Bodies, BodyKind, Kernel, Linear, Measure};
+use nalgebra::{RealField, zero};
 use std::any::Any;
 
 /// Where a batch adds to: particles alone take blocks of 3 × 3.
@@ -18,6 +18,15 @@ pub(crate) enum Sums<'a, R: RealField> {
 /// Forces of a kernel that only the batch itself knows.
 pub(crate) trait Batch<R: RealField>: Send {
     fn assemble(&mut self, bodies: &Bodies<'_, R>, out: Sums<'_, R>);
+    /// Whether its forces are held by multipliers.
+    fn has_multipliers(&self) -> bool;
+    /// Before a step: λ is what the last good one left.
+    fn begin(&mut self);
+    /// After a solution: λ as it is there, had all been linear. A pose is off by the square of what it turned, which stiff
+    /// joints take for stretch, but λ by no more than that share.
+    fn predict(&mut self, out: Sums<'_, R>);
+    /// After a good step.
+    fn keep(&mut self);
     /// Finds anew where blocks lie.
     fn place(&mut self, block: &dyn Fn((BodyKind, usize), (BodyKind, usize)) -> Option<usize>);
     /// Energy of all, and the largest gap.
@@ -38,9 +47,12 @@ pub(crate) trait Batch<R: RealField>: Send {
     /// The parameters of a force.
     #[cfg(feature = "serde")]
     fn numbers(&self, at: usize) -> Vec<R>;
-    /// Appends a force by its parameters; whether there were as many as it takes.
+    /// λ of a force.
     #[cfg(feature = "serde")]
-    fn push_numbers(&mut self, numbers: &[R], indices: &[usize], entry: usize) -> bool;
+    fn multipliers(&self, at: usize) -> &[R];
+    /// Appends a force by its parameters and λ; whether there were as many as it takes.
+    #[cfg(feature = "serde")]
+    fn push_numbers(&mut self, numbers: &[R], multipliers: &[R], indices: &[usize], entry: usize) -> bool;
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
@@ -54,6 +66,11 @@ pub(crate) struct Forces<K: Kernel> {
     entries: Vec<usize>,
     /// For each force a place for each pair of its bodies.
     places: Vec<u32>,
+    /// λ of each force, as the last good step left it, and in the present one.
+    kept: Vec<K::Real>,
+    held: Vec<K::Real>,
+    /// For each force λ and its slopes, as evaluated last.
+    linear: Vec<K::Real>,
 }
 
 impl<K: Kernel> Default for Forces<K> {
@@ -66,6 +83,9 @@ impl<K: Kernel> Default for Forces<K> {
             indices: Vec::new(),
             entries: Vec::new(),
             places: Vec::new(),
+            kept: Vec::new(),
+            held: Vec::new(),
+            linear: Vec::new(),
         }
     }
 }
@@ -75,19 +95,36 @@ impl<K: Kernel> Forces<K> {
         self.params.push(params);
         self.indices.push(indices);
         self.entries.push(entry);
+        self.kept.extend(std::iter::repeat_n(zero::<K::Real>(), K::ROWS));
+    }
+
+    /// λ of a force, as the last good step left it.
+    fn rows(&self, at: usize) -> &[K::Real] {
+        &self.kept[at * K::ROWS..][..K::ROWS]
+    }
+
+    /// Sets those of the last force.
+    fn set_last(&mut self, multipliers: &[K::Real]) {
+        let last = self.kept.len() - K::ROWS;
+        self.kept[last..].copy_from_slice(multipliers);
     }
 
     fn add_all<const D: usize>(&mut self, bodies: &Bodies<'_, K::Real>, out: &mut Assembly<K::Real, D>) {
         let pairs = K::BODIES.len() * K::BODIES.len();
         let need = out.need();
+        self.linear.clear();
         let forces = self.params.iter().zip(&self.indices).zip(self.places.chunks_exact(pairs));
-        for ((params, indices), places) in forces {
+        for (at, ((params, indices), places)) in forces.enumerate() {
             let (force, derivatives) = match need {
                 Need::Force => {
                     (K::evaluate_force(&mut self.force, bodies, *indices, params), Derivatives::None)
                 }
                 Need::Step { step, factor } => {
-                    let (force, matrix) = K::evaluate_step(&mut self.step, bodies, *indices, params, step);
+                    let held = &self.held[at * K::ROWS..][..K::ROWS];
+                    let Linear { force, matrix, multipliers, slopes } =
+                        K::evaluate_step(&mut self.step, bodies, *indices, params, step, held);
+                    self.linear.extend_from_slice(multipliers);
+                    self.linear.extend_from_slice(slopes);
                     (force, Derivatives::Step(matrix, factor))
                 }
                 Need::Derivatives => {
@@ -99,6 +136,36 @@ impl<K: Kernel> Forces<K> {
             out.add::<K>(bodies, &local);
         }
     }
+
+    fn predict_all<const D: usize>(&mut self, out: &Assembly<K::Real, D>) {
+        if K::ROWS == 0 || self.linear.is_empty() {
+            return;
+        }
+        let step = out.stiffness / out.damping;
+        let known =
+            self.linear.chunks_exact(K::ROWS * (K::FREEDOMS + 1)).zip(self.held.chunks_exact_mut(K::ROWS));
+        for ((linear, held), indices) in known.zip(&self.indices) {
+            let (multipliers, mut slopes) = linear.split_at(K::ROWS);
+            for (held, &multiplier) in held.iter_mut().zip(multipliers) {
+                let mut change = zero::<K::Real>();
+                for (&kind, &index) in K::BODIES.iter().zip(indices.as_ref()) {
+                    let (own, rest) = slopes.split_at(kind.freedoms());
+                    slopes = rest;
+                    if let Some(node) = out.nodes[kind as usize][index] {
+                        let solution = &out.system.rhs[node];
+                        change += own
+                            .iter()
+                            .zip(solution.iter())
+                            .fold(zero::<K::Real>(), |sum, (&a, &x)| sum + a * x);
+                    }
+                }
+                *held = multiplier + change / step;
+                if K::ONE_SIDED {
+                    *held = held.min(zero::<K::Real>());
+                }
+            }
+        }
+    }
 }
 
 impl<K: Kernel> Batch<K::Real> for Forces<K> {
@@ -107,6 +174,25 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
             Sums::Three(out) => self.add_all(bodies, out),
             Sums::Six(out) => self.add_all(bodies, out),
         }
+    }
+
+    fn has_multipliers(&self) -> bool {
+        K::ROWS > 0
+    }
+
+    fn begin(&mut self) {
+        self.held.clone_from(&self.kept);
+    }
+
+    fn predict(&mut self, out: Sums<'_, K::Real>) {
+        match out {
+            Sums::Three(out) => self.predict_all(out),
+            Sums::Six(out) => self.predict_all(out),
+        }
+    }
+
+    fn keep(&mut self) {
+        self.kept.copy_from_slice(&self.held);
     }
 
     fn place(&mut self, block: &dyn Fn((BodyKind, usize), (BodyKind, usize)) -> Option<usize>) {
@@ -141,6 +227,7 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         }
         if let Some(other) = other.as_any_mut().downcast_mut::<Forces<K>>() {
             other.push(self.params[at].clone(), indices, self.entries[at]);
+            other.set_last(self.rows(at));
         }
     }
 
@@ -148,6 +235,9 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         self.params.swap_remove(at);
         self.indices.swap_remove(at);
         self.entries.swap_remove(at);
+        let last = self.kept.len() - K::ROWS;
+        self.kept.copy_within(last.., at * K::ROWS);
+        self.kept.truncate(last);
     }
 
     fn entries(&self) -> &[usize] {
@@ -179,16 +269,28 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
     }
 
     #[cfg(feature = "serde")]
-    fn push_numbers(&mut self, numbers: &[K::Real], indices: &[usize], entry: usize) -> bool {
+    fn multipliers(&self, at: usize) -> &[K::Real] {
+        self.rows(at)
+    }
+
+    #[cfg(feature = "serde")]
+    fn push_numbers(
+        &mut self,
+        numbers: &[K::Real],
+        multipliers: &[K::Real],
+        indices: &[usize],
+        entry: usize,
+    ) -> bool {
         let mut own = K::Indices::default();
         let mut rest = numbers.iter().copied();
         let params = K::read_params(&mut rest);
-        let Some(params) = params.filter(|_| rest.next().is_none() && own.as_ref().len() == indices.len())
-        else {
+        let fits = own.as_ref().len() == indices.len() && multipliers.len() == K::ROWS;
+        let Some(params) = params.filter(|_| rest.next().is_none() && fits) else {
             return false;
         };
         own.as_mut().copy_from_slice(indices);
         self.push(params, own, entry);
+        self.set_last(multipliers);
         true
     }
 

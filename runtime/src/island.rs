@@ -359,6 +359,7 @@ impl<R: RealField + Copy> Island<R> {
         report: &mut Report,
     ) -> Option<Outcome<R>> {
         self.store.save(&mut self.saved);
+        self.batches.iter_mut().for_each(|batch| batch.begin());
         let parts = self.cut(settings);
         let Island { store, saved, batches, engine, control, .. } = self;
         // Between parts forces are not balanced.
@@ -385,6 +386,7 @@ impl<R: RealField + Copy> Island<R> {
 
     /// After a good step: rates that the method keeps, unless they are those of tamed forces.
     pub(crate) fn keep(&mut self, integrator: Integrator, guard: Guard<R>) {
+        self.batches.iter_mut().for_each(|batch| batch.keep());
         self.control.warm = integrator == Integrator::GeneralizedAlpha && guard == Guard::None;
         if self.control.warm {
             match &self.engine {

@@ -82,15 +82,23 @@ pub trait Kernel: Clone + Default + Send + 'static {
     /// Where [`Kernel::evaluate_step`] writes.
     type Step: Clone + Default + Send + 'static;
 
-    /// Computes F and h ∂F/∂V + h² ∂F/∂X, what a step of h s takes, in less time than both derivatives: N entries, and N² row
-    /// by row.
+    /// How many rows C has, each with a multiplier λ = stiffness C + damping Ċ; an energy and a force have none.
+    const ROWS: usize = 0;
+    /// Whether λ is zero where it would be positive.
+    const ONE_SIDED: bool = false;
+
+    /// Computes what a step of h s takes, in less time than both derivatives. `multipliers` stand for λ where gradients of C
+    /// turn, so that a pose at which joints are stretched does no harm to the matrix; there are [`Kernel::ROWS`] of them.
+    ///
+    /// Panics if there are not, or if an index is out of range.
     fn evaluate_step<'a>(
         out: &'a mut Self::Step,
         bodies: &Bodies<'_, Self::Real>,
         indices: Self::Indices,
         params: &Self::Params,
         step: Self::Real,
-    ) -> (&'a [Self::Real], &'a [Self::Real]);
+        multipliers: &[Self::Real],
+    ) -> Linear<'a, Self::Real>;
 
     /// Whether it has a potential that [`Kernel::measure`] knows: constraints and energies do.
     const HAS_POTENTIAL: bool = false;
@@ -109,6 +117,19 @@ pub trait Kernel: Clone + Default + Send + 'static {
 
     /// The parameters that `write_params` wrote; none if there are too few numbers.
     fn read_params(numbers: &mut dyn Iterator<Item = Self::Real>) -> Option<Self::Params>;
+}
+
+/// A force about a state, as a step of h s takes it.
+#[derive(Clone, Copy, Debug)]
+pub struct Linear<'a, R> {
+    /// F: N entries.
+    pub force: &'a [R],
+    /// h ∂F/∂V + h² ∂F/∂X: N² entries, row by row.
+    pub matrix: &'a [R],
+    /// λ, an entry a row of C.
+    pub multipliers: &'a [R],
+    /// h ∂λ/∂V + h² ∂λ/∂X: N entries a row of C.
+    pub slopes: &'a [R],
 }
 
 /// What a constraint or an energy stores, and how far it is from home.

@@ -50,6 +50,7 @@ struct SavedForce<R> {
     entry: usize,
     bodies: Vec<usize>,
     params: Vec<R>,
+    multipliers: Vec<R>,
 }
 
 /// Makes a batch without forces.
@@ -87,6 +88,7 @@ impl<R: RealField + Copy> World<R> {
                 entry,
                 bodies: batch.indices(at).to_vec(),
                 params: batch.numbers(at),
+                multipliers: batch.multipliers(at).to_vec(),
             };
             SavedBatch {
                 kernel: batch.name().to_owned(),
@@ -183,7 +185,7 @@ fn load_batch<R: RealField + Copy>(
         let there = |(&kind, &index): (&BodyKind, &usize)| index < store.members[kind as usize].len();
         let fits = batch.kinds().len() == force.bodies.len()
             && batch.kinds().iter().zip(&force.bodies).all(there)
-            && batch.push_numbers(&force.params, &force.bodies, force.entry);
+            && batch.push_numbers(&force.params, &force.multipliers, &force.bodies, force.entry);
         if !fits {
             return Err(Error::UnknownKernel);
         }

@@ -12,6 +12,8 @@ use std::collections::BTreeSet;
 /// The matrix of a step, its factors and its right-hand side.
 #[derive(Clone, Debug)]
 pub(crate) struct System<R: RealField, const D: usize> {
+    /// Where runs of nodes end that do not wait for each other's elimination.
+    levels: Vec<usize>,
     /// Blocks right of the diagonal in row i, and below it in column i: `start[i]..start[i + 1]`.
     start: Vec<usize>,
     /// The later node of each such block, ascending in a row.
@@ -47,10 +49,10 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         let nodes = neighbours.len();
         let mut queue: BTreeSet<(usize, usize)> =
             neighbours.iter().enumerate().map(|(node, near)| (near.len(), node)).collect();
-        let mut place = vec![0; nodes];
         let mut rows = Vec::with_capacity(nodes);
+        // How many eliminations have to come before each: those that do not wait for each other stand together.
+        let mut levels = vec![0; nodes];
         while let Some((_, node)) = queue.pop_first() {
-            place[node] = rows.len();
             let near = std::mem::take(&mut neighbours[node]);
             for &other in &near {
                 let set = &mut neighbours[other];
@@ -58,17 +60,26 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
                 set.remove(&node);
                 set.extend(near.iter().filter(|&&third| third != other));
                 queue.insert((set.len(), other));
+                levels[other] = levels[other].max(levels[node] + 1);
             }
-            rows.push(near);
+            rows.push((node, near));
+        }
+        rows.sort_by_key(|&(node, _)| levels[node]);
+        let ends =
+            (1..=nodes).filter(|&at| at == nodes || levels[rows[at - 1].0] < levels[rows[at].0]).collect();
+        let mut place = vec![0; nodes];
+        for (at, &(node, _)) in rows.iter().enumerate() {
+            place[node] = at;
         }
         let (mut start, mut later) = (vec![0], Vec::new());
-        for row in rows {
+        for (_, row) in rows {
             let first = later.len();
             later.extend(row.into_iter().map(|node| place[node]));
             later[first..].sort_unstable();
             start.push(later.len());
         }
         let mut system = System {
+            levels: ends,
             start,
             later,
             targets: Vec::new(),
@@ -157,39 +168,47 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         for at in (0..2 * count).filter(|&at| self.changed[at]) {
             others[at] = blocks[at];
         }
-        let mut targets = self.targets.as_slice();
-        for node in 0..nodes {
-            let row = self.start[node]..self.start[node + 1];
-            let is_kept = |at: usize| self.is_kept(node, self.later[at]);
-            diagonals[node].factor();
-            for at in row.clone().filter(|&at| is_kept(at)) {
-                if !self.changed[at] {
-                    others[at] = blocks[at];
+        let (mut targets, mut first) = (self.targets.as_slice(), 0);
+        for &end in &self.levels {
+            let level = std::mem::replace(&mut first, end)..end;
+            // A factorisation is one long chain of divisions: those of a level run side by side.
+            diagonals[level.clone()].iter_mut().for_each(Block::factor);
+            for node in level.clone() {
+                for at in
+                    (self.start[node]..self.start[node + 1]).filter(|&at| self.is_kept(node, self.later[at]))
+                {
+                    if !self.changed[at] {
+                        others[at] = blocks[at];
+                    }
+                    diagonals[node].solve_block(&mut others[at]);
                 }
-                diagonals[node].solve_block(&mut others[at]);
             }
-            for below in row.clone() {
-                let (own, rest) = targets.split_at(row.len());
-                targets = rest;
-                if !is_kept(below) {
-                    continue;
-                }
-                let changed;
-                let lower = if self.changed[count + below] {
-                    changed = others[count + below];
-                    &changed
-                } else {
-                    &blocks[count + below]
-                };
-                for (right, &target) in row.clone().zip(own) {
-                    if !is_kept(right) {
+            for node in level {
+                let row = self.start[node]..self.start[node + 1];
+                let is_kept = |at: usize| self.is_kept(node, self.later[at]);
+                for below in row.clone() {
+                    let (own, rest) = targets.split_at(row.len());
+                    targets = rest;
+                    if !is_kept(below) {
                         continue;
                     }
-                    if let Some(sum) = diagonals.get_mut(target as usize) {
-                        sum.subtract_product(lower, &others[right]);
+                    let changed;
+                    let lower = if self.changed[count + below] {
+                        changed = others[count + below];
+                        &changed
                     } else {
-                        let upper = others[right];
-                        others[target as usize - nodes].subtract_product(lower, &upper);
+                        &blocks[count + below]
+                    };
+                    for (right, &target) in row.clone().zip(own) {
+                        if !is_kept(right) {
+                            continue;
+                        }
+                        if let Some(sum) = diagonals.get_mut(target as usize) {
+                            sum.subtract_product(lower, &others[right]);
+                        } else {
+                            let upper = others[right];
+                            others[target as usize - nodes].subtract_product(lower, &upper);
+                        }
                     }
                 }
             }

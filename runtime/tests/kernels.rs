@@ -4,7 +4,7 @@
 #![cfg(feature = "macros")]
 #![deny(warnings, clippy::all)]
 
-use forcec_runtime::{Bodies, BodyKind, Kernel, Parameters};
+use forcec_runtime::{Bodies, BodyKind, Kernel, Linear, Parameters};
 
 mod alone {
     // Only what the function itself needs is imported.
@@ -170,7 +170,13 @@ fn agree<K: Kernel<Real = f64>>(bodies: &Bodies<'_, f64>, indices: K::Indices, p
     let alone = K::evaluate_force(&mut force, bodies, indices, params);
     assert!(alone.iter().zip(whole.force()).all(|(a, b)| near(*a, *b)), "{}", K::NAME);
     let h = 0.25;
-    let (beside, matrix) = K::evaluate_step(&mut step, bodies, indices, params, h);
+    // With λ itself it is the whole kernel's matrix; λ stands in the answer.
+    let any = vec![0.0; K::ROWS];
+    let multipliers = K::evaluate_step(&mut step, bodies, indices, params, h, &any).multipliers.to_vec();
+    assert_eq!(multipliers.len(), K::ROWS);
+    let Linear { force: beside, matrix, slopes, .. } =
+        K::evaluate_step(&mut step, bodies, indices, params, h, &multipliers);
+    assert_eq!(slopes.len(), K::ROWS * K::FREEDOMS);
     assert!(beside.iter().zip(whole.force()).all(|(a, b)| near(*a, *b)), "{}", K::NAME);
     assert_eq!(matrix.len(), K::FREEDOMS * K::FREEDOMS);
     let sums = whole.dfdv().iter().zip(whole.dfdx()).map(|(v, x)| h * v + h * h * x);

@@ -73,6 +73,9 @@ pub fn gradient(
 }
 
 fn propagate_real(lie: &mut Lie, adjoints: &mut Adjoints, node: Real, adjoint: Real, variables: &[Variable]) {
+    if let Some(&other) = lie.stand.get(&node.0) {
+        return adjoints.real(Real(other), adjoint);
+    }
     let index = node.index();
     match lie.graph.node(index).clone() {
         Node::Entry(slot) => {
@@ -150,6 +153,9 @@ fn propagate_vector(
     adjoint: Vector,
     variables: &[Variable],
 ) {
+    if let Some(&other) = lie.stand.get(&node.0) {
+        return adjoints.vector(Vector(other), adjoint);
+    }
     let index = node.index();
     match lie.graph.node(index).clone() {
         Node::Triple(slot) => match lie.graph.signature.role(slot) {

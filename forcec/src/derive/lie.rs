@@ -60,6 +60,8 @@ pub struct Lie {
     pub steps: Vec<StepMove>,
     /// h, if anything moves so.
     pub step: Option<Real>,
+    /// Inputs whose derivatives are those of other, earlier nodes.
+    pub stand: BTreeMap<u32, u32>,
 }
 
 /// How many nodes rows may be formed backward through: a chain of factors passes through each as often as it is long.
@@ -78,7 +80,8 @@ impl Lie {
         }
         variables.sort();
         let (memo, rows) = (FxHashMap::default(), FxHashMap::default());
-        Lie { graph, frontier, memo, rows, variables, backward, steps: Vec::new(), step: None }
+        let (steps, stand) = (Vec::new(), BTreeMap::new());
+        Lie { graph, frontier, memo, rows, variables, backward, steps, step: None, stand }
     }
 
     /// D of a real.
@@ -116,6 +119,7 @@ impl Lie {
                 continue;
             }
             open.extend(self.graph.node(index as usize).operands());
+            open.extend(self.stand.get(&index));
         }
         for index in missing {
             let derivative = self.derive(index, variable);
@@ -124,6 +128,9 @@ impl Lie {
     }
 
     fn derive(&mut self, index: u32, variable: Variable) -> Derivative {
+        if let Some(other) = self.stand.get(&index) {
+            return self.memo[&(*other, variable)].clone();
+        }
         let node = self.graph.node(index as usize).clone();
         if let Variable::Step(step) = variable {
             match node {

@@ -43,6 +43,10 @@ pub struct Derived {
     pub pieces: [BTreeMap<Vector, Variable>; 2],
     /// The rows of C with their rates; of an energy itself, if that is wanted; empty for forces.
     pub rows: Vec<(Real, Real)>,
+    /// λ of each row of C, and h λ.
+    pub multipliers: Vec<(Real, Real)>,
+    /// h F under multipliers that are given and have the derivatives of λ, if its matrix is wanted.
+    pub held: Vec<(Block, Combination<Vector>)>,
     /// For each block what moves with it in a step: the pose by h w and the velocity by w.
     pub steps: Vec<(Block, Combination<Variable>)>,
     /// h F + h² ∂F/∂X V, ∂F/∂X p and ∂F/∂V p, if they are wanted, block by block.
@@ -67,10 +71,15 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
     let mut vectors = Vec::new();
     let mut direct = BTreeMap::new();
     let mut symmetric = false;
-    let steps = wanted.iter().any(|part| part.row().extra == Some(Extra::Step));
+    let steps = wanted.iter().any(|part| part.row().extras.contains(&Extra::Step));
     let time = if steps { bodies.extra_slot("step", 0).map(|slot| graph.entry(slot)) } else { None };
-    let forces = |part: &Part| part.row().rows == Axis::Coordinate && part.row().extra != Some(Extra::Step);
-    let step = time.filter(|_| !wanted.iter().any(forces));
+    let bare = |part: &Part| match part {
+        Part::Multiplier | Part::MultiplierStep | Part::Held => true,
+        _ => part.row().rows == Axis::Coordinate && !part.row().extras.contains(&Extra::Step),
+    };
+    let step = time.filter(|_| !wanted.iter().any(bare));
+    // λ, and what is given in its place.
+    let (mut multipliers, mut held) = (Vec::new(), Held::default());
     match &definition.law {
         Law::Constraint { rows: constraint, unilateral, per_row } => {
             let gains = Gains { first: bodies.parameters.len() - 2, per_row: *per_row, step };
@@ -91,6 +100,8 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
                         let multiplier = graph.let_vector(&name("lambda"), multiplier);
                         let opposite = graph.vector_neg(multiplier);
                         vectors.push((c, opposite));
+                        multipliers.extend((0..3).map(|axis| graph.component(multiplier, axis)));
+                        held.vectors.push((c, multiplier, number));
                         for axis in 0..3 {
                             rows.push((graph.component(c, axis), graph.component(rate, axis)));
                         }
@@ -112,6 +123,8 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
                             let multiplier = gains.multiplier(&mut graph, number + k, c, rate, *unilateral);
                             let multiplier = graph.let_real(&format!("lambda{label}"), multiplier);
                             reals.push((c, graph.neg(multiplier)));
+                            multipliers.push(multiplier);
+                            held.reals.push((c, multiplier, number + k));
                             rows.push((c, rate));
                         }
                     }
@@ -148,20 +161,24 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
             .chain(reals.iter().map(|r| r.1.index()).chain(vectors.iter().map(|v| v.1.index())))
             .chain(direct.values().map(|v| v.index())),
     );
+    let held = time.filter(|_| wanted.contains(&Part::Held)).map(|h| held.given(&mut graph, h));
+    let multipliers: Vec<(Real, Real)> = match time {
+        Some(h) => multipliers.into_iter().map(|x| (x, graph.mul(h, x))).collect(),
+        None => multipliers.into_iter().map(|x| (x, x)).collect(),
+    };
     let mut lie = Lie::new(graph, frontier);
     let pose = columns(&lie, &bodies.pose_blocks());
     let velocity = columns(&lie, &bodies.velocity_blocks());
+    let mut variables: Vec<Variable> = pose.iter().flat_map(|(_, c)| c.iter().map(|(_, v)| *v)).collect();
+    variables.sort();
+    variables.dedup();
     let mut pieces = BTreeMap::new();
     let forces: Vec<(Block, Combination<Vector>)> = if direct.is_empty() {
-        let mut variables: Vec<Variable> = pose.iter().flat_map(|(_, c)| c.iter().map(|(_, v)| *v)).collect();
-        variables.sort();
-        variables.dedup();
         let found = gradient(&mut lie, &reals, &vectors, &variables);
         let found: BTreeMap<Variable, Vector> =
             found.into_iter().map(|(variable, v)| (variable, named(&mut lie, variable, v))).collect();
         pieces.extend(found.iter().map(|(variable, v)| (*v, *variable)));
-        let share = |(c, variable): &(Exact, Variable)| found.get(variable).map(|v| (c.clone(), *v));
-        pose.iter().map(|(block, moves)| (*block, moves.iter().filter_map(share).collect())).collect()
+        shares(&pose, &found)
     } else {
         let blocks = bodies.pose_blocks().into_iter();
         blocks.map(|block| (block, vec![(Exact::ONE, direct[&block])])).collect()
@@ -184,10 +201,38 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
             forces.map(|(block, sum)| (*block, sum.iter().map(&mut scaled).collect())).collect()
         }
     };
+    let held = held.map_or_else(Vec::new, |Given { reals, vectors, stand }| {
+        lie.stand = stand;
+        shares(&pose, &gradient(&mut lie, &reals, &vectors, &variables))
+    });
     let steps = lie.step_with(time, &pose, &velocity);
     let along = along(&mut lie, wanted, &forces, &impulses, time);
     let (wanted, pieces) = (wanted.to_vec(), [pieces, pushes]);
-    Derived { lie, forces, impulses, pose, velocity, steps, along, symmetric, pieces, rows, wanted, stated }
+    Derived {
+        lie,
+        forces,
+        impulses,
+        pose,
+        velocity,
+        symmetric,
+        pieces,
+        rows,
+        multipliers,
+        held,
+        steps,
+        along,
+        stated,
+        wanted,
+    }
+}
+
+/// The force on each block of the pose, from what acts on each variable.
+fn shares(
+    pose: &[(Block, Combination<Variable>)],
+    found: &BTreeMap<Variable, Vector>,
+) -> Vec<(Block, Combination<Vector>)> {
+    let share = |(c, variable): &(Exact, Variable)| found.get(variable).map(|v| (c.clone(), *v));
+    pose.iter().map(|(block, moves)| (*block, moves.iter().filter_map(share).collect())).collect()
 }
 
 /// The derivatives of the forces along one direction that are wanted, without the matrix.
@@ -237,6 +282,48 @@ fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
         Variable::Step(_) => unreachable!("a force acts on a pose"),
     };
     lie.graph.let_vector(&name, force)
+}
+
+/// Rows of C, each with its λ and its number.
+#[derive(Default)]
+struct Held {
+    reals: Vec<(Real, Real, usize)>,
+    vectors: Vec<(Vector, Vector, usize)>,
+}
+
+/// Rows of C, each with minus h times the multiplier that is given, and whose derivatives each of these has.
+struct Given {
+    reals: Vec<(Real, Real)>,
+    vectors: Vec<(Vector, Vector)>,
+    stand: BTreeMap<u32, u32>,
+}
+
+impl Held {
+    /// In place of λ stand the multipliers that are given.
+    fn given(self, graph: &mut Graph, h: Real) -> Given {
+        let mut given = Given { reals: Vec::new(), vectors: Vec::new(), stand: BTreeMap::new() };
+        let slot = |graph: &Graph, number: usize| {
+            graph
+                .signature
+                .extra_slot("multipliers", number as u32)
+                .expect("a result brings what it is made of")
+        };
+        for (c, multiplier, number) in self.reals {
+            let slot = slot(graph, number);
+            let own = graph.entry(slot);
+            given.stand.insert(own.0, multiplier.0);
+            let push = graph.mul(h, own);
+            given.reals.push((c, graph.neg(push)));
+        }
+        for (c, multiplier, number) in self.vectors {
+            let slot = slot(graph, number);
+            let own = graph.triple(slot);
+            given.stand.insert(own.0, multiplier.0);
+            let push = graph.scale(h, own);
+            given.vectors.push((c, graph.vector_neg(push)));
+        }
+        given
+    }
 }
 
 /// Where a constraint's `stiffness` and `damping` stand.

@@ -43,11 +43,16 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
         let entries = match part {
             Part::Value => derived.rows.iter().map(|(c, _)| lowering.real(*c)).collect(),
             Part::Rate => derived.rows.iter().map(|(_, rate)| lowering.real(*rate)).collect(),
-            Part::Jacobian => lowering.jacobian(&derived.rows, &derived.pose),
+            Part::Jacobian => lowering.jacobian(derived.rows.iter().map(|(c, _)| *c), &derived.pose),
+            Part::Multiplier => derived.multipliers.iter().map(|(x, _)| lowering.real(*x)).collect(),
             Part::Force => lowering.forces(&derived.forces),
             Part::Dfdx => lowering.blocks(&derived.forces, &derived.pose, mirrored),
             Part::Dfdv => lowering.blocks(&derived.forces, &derived.velocity, None),
             Part::Matrix => lowering.blocks(&derived.impulses, &derived.steps, stepped.as_ref()),
+            Part::MultiplierStep => {
+                lowering.jacobian(derived.multipliers.iter().map(|(_, x)| *x), &derived.steps)
+            }
+            Part::Held => lowering.blocks(&derived.held, &derived.steps, None),
             Part::Impulse | Part::DfdxProduct | Part::DfdvProduct => lowering.forces(&derived.along[&part]),
             Part::List(_) | Part::Block(_) => unreachable!("entries are packed after optimising"),
         };
@@ -366,15 +371,15 @@ impl Lowering {
     /// Rows of derivatives of reals.
     fn jacobian(
         &mut self,
-        rows: &[(Real, Real)],
+        rows: impl Iterator<Item = Real>,
         columns: &[(crate::bodies::Block, Combination<Variable>)],
     ) -> Vec<Id> {
         let mut entries = Vec::new();
-        for (real, _) in rows {
+        for real in rows {
             for (_, moves) in columns {
                 let mut parts = Vec::new();
                 for (c, variable) in moves {
-                    let row = self.lie.row(*real, *variable);
+                    let row = self.lie.row(real, *variable);
                     parts.push((c.clone(), self.vector(row)));
                 }
                 entries.extend(self.combined(&parts));

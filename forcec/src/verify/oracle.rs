@@ -98,6 +98,29 @@ impl Columns {
     }
 }
 
+/// What changes along a coordinate.
+enum Of {
+    /// F
+    Force,
+    /// λ
+    Multipliers,
+    /// F, were each λ more by this.
+    Held(Vec<Big>),
+}
+
+impl Of {
+    fn pick(&self, oracle: &Oracle<'_>, jacobian: &[Vec<Big>], mut multipliers: Vec<Big>) -> Vec<Big> {
+        match self {
+            Of::Force => {}
+            Of::Multipliers => return multipliers,
+            Of::Held(more) => {
+                multipliers.iter_mut().zip(more).for_each(|(x, more)| *x = x.clone() + more.clone());
+            }
+        }
+        oracle.force(jacobian, &multipliers)
+    }
+}
+
 /// The rows after a step along each of two coordinates, where the order of the steps does not matter: all pairs but two
 /// turns of one body.
 #[derive(Default)]
@@ -434,9 +457,10 @@ impl Point<'_, '_> {
         Ok(jacobian)
     }
 
-    /// F after the pose moved.
+    /// F, or what else there is, after the pose moved.
     fn force_at(
         &self,
+        of: &Of,
         values: &Values<Big>,
         inputs: &[Big],
         shared: Option<(usize, &mut TwoSteps)>,
@@ -456,19 +480,31 @@ impl Point<'_, '_> {
         if activity != self.activity {
             return Err(Singular::Branch);
         }
-        Ok(oracle.force(&jacobian, &multipliers))
+        Ok(of.pick(oracle, &jacobian, multipliers))
+    }
+
+    /// The same here.
+    fn here(&self, of: &Of) -> Vec<Big> {
+        match of {
+            Of::Force => self.force.clone(),
+            _ => of.pick(self.oracle, &self.jacobian, self.multipliers.clone()),
+        }
     }
 
     /// ∂F/∂X, all columns.
     pub(crate) fn dfdx(&self) -> Result<Columns, Singular> {
-        let oracle = self.oracle;
+        self.along_pose(&Of::Force)
+    }
+
+    fn along_pose(&self, of: &Of) -> Result<Columns, Singular> {
+        let (oracle, here) = (self.oracle, self.here(of));
         let mut steps = TwoSteps::default();
         let mut columns = Vec::new();
         for (j, coordinate) in oracle.places.pose.iter().enumerate() {
             let inputs = oracle.moved(&self.inputs, coordinate);
             let values = oracle.source.update(&self.values, &inputs, oracle.pose_bits[j]);
-            let force = self.force_at(&values, &inputs, Some((j, &mut steps)))?;
-            columns.push(quotient(&force, &self.force));
+            let force = self.force_at(of, &values, &inputs, Some((j, &mut steps)))?;
+            columns.push(quotient(&force, &here));
         }
         self.columns(columns)
     }
@@ -482,21 +518,25 @@ impl Point<'_, '_> {
         }
         let all = oracle.pose_bits.iter().fold(0, |all, bit| all | bit);
         let values = oracle.source.update(&self.values, &inputs, all);
-        let force = self.force_at(&values, &inputs, None)?;
+        let force = self.force_at(&Of::Force, &values, &inputs, None)?;
         self.columns(vec![quotient(&force, &self.force)])
     }
 
     /// ∂F/∂V, all columns.
     pub(crate) fn dfdv(&self) -> Result<Columns, Singular> {
-        let oracle = self.oracle;
+        self.along_velocity(&Of::Force)
+    }
+
+    fn along_velocity(&self, of: &Of) -> Result<Columns, Singular> {
+        let (oracle, here) = (self.oracle, self.here(of));
         let mut columns = Vec::new();
         for (k, coordinate) in oracle.places.velocity.iter().enumerate() {
             let force = match oracle.law {
-                Statement::Energy => self.force.clone(),
+                Statement::Energy => here.clone(),
                 Statement::Force => {
                     let inputs = oracle.moved(&self.inputs, coordinate);
                     let values = oracle.source.update(&self.values, &inputs, oracle.velocity_bits[k]);
-                    self.force_at(&values, &inputs, None)?
+                    self.force_at(of, &values, &inputs, None)?
                 }
                 Statement::Constraint { .. } => {
                     // C and J do not depend on velocities.
@@ -507,10 +547,10 @@ impl Point<'_, '_> {
                     if activity != self.activity {
                         return Err(Singular::Branch);
                     }
-                    oracle.force(&self.jacobian, &multipliers)
+                    of.pick(oracle, &self.jacobian, multipliers)
                 }
             };
-            columns.push(quotient(&force, &self.force));
+            columns.push(quotient(&force, &here));
         }
         self.columns(columns)
     }
@@ -518,8 +558,14 @@ impl Point<'_, '_> {
     /// A result, row by row.
     pub(crate) fn part(&self, part: Part) -> Result<Vec<Big>, Singular> {
         let transposed = |columns: Columns| -> Vec<Big> {
-            let rows = 0..self.force.len();
+            let rows = 0..columns.columns.first().map_or(0, Vec::len);
             rows.flat_map(|row| columns.columns.iter().map(move |column| column[row].clone())).collect()
+        };
+        let stepped = |of: &Of| {
+            let h = self.extra("step")[0].clone();
+            let (along_x, along_v) = (transposed(self.along_pose(of)?), transposed(self.along_velocity(of)?));
+            let pairs = Iterator::zip(along_v.into_iter(), along_x);
+            Ok(pairs.map(|(dv, dx)| h.clone() * (dv + h.clone() * dx)).collect())
         };
         Ok(match part {
             Part::Value => self.rows.clone(),
@@ -538,11 +584,12 @@ impl Point<'_, '_> {
                 let next = self.force.iter().zip(change).map(|(f, df)| h[0].clone() * (f.clone() + df));
                 next.collect()
             }
-            Part::Matrix => {
-                let h = self.extra("step")[0].clone();
-                let (along_x, along_v) = (transposed(self.dfdx()?), transposed(self.dfdv()?));
-                let pairs = Iterator::zip(along_v.into_iter(), along_x);
-                pairs.map(|(dv, dx)| h.clone() * (dv + h.clone() * dx)).collect()
+            Part::Matrix => stepped(&Of::Force)?,
+            Part::Multiplier => self.multipliers.clone(),
+            Part::MultiplierStep => stepped(&Of::Multipliers)?,
+            Part::Held => {
+                let pairs = self.extra("multipliers").iter().zip(&self.multipliers);
+                stepped(&Of::Held(pairs.map(|(given, own)| given.clone() - own.clone()).collect()))?
             }
             Part::DfdxProduct => self.dfdx()?.times(self.extra("direction")),
             Part::DfdvProduct => self.dfdv()?.times(self.extra("direction")),
