@@ -418,6 +418,23 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
+    /// What loads did in the step, by the mean of velocities before and after.
+    pub(crate) fn load_work(&self, h: R) -> R {
+        let Island { store, saved, .. } = self;
+        let half = convert::<f64, R>(0.5);
+        let rigid =
+            store.rigid.iter().zip(&saved.rigid).zip(&store.members[0]).map(|((after, before), member)| {
+                let turning =
+                    member.load.fixed_rows::<3>(3).dot(&(before.angular_velocity + after.angular_velocity));
+                member.load.fixed_rows::<3>(0).dot(&(before.velocity + after.velocity)) + turning
+            });
+        let particles = store.particles.iter().zip(&saved.particles).zip(&store.members[1]);
+        let particles = particles.map(|((after, before), member)| {
+            member.load.fixed_rows::<3>(0).dot(&(before.velocity + after.velocity))
+        });
+        rigid.chain(particles).fold(R::zero(), |sum, power| sum + power) * half * h
+    }
+
     /// Parts of at most so many nodes, grown from a node that differs from step to step.
     fn cut(&mut self, settings: &Settings<R>) -> Vec<u32> {
         let count = self.neighbours.len();

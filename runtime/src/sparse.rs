@@ -146,17 +146,16 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         self.parts.is_empty() || self.parts[node] == self.parts[other]
     }
 
-    /// Replaces the right-hand side by the solution and returns the relative residual.
-    pub(crate) fn solve(&mut self) -> R {
+    /// Replaces the right-hand side by the solution, and keeps it for the residual.
+    pub(crate) fn solve(&mut self) {
         self.factor();
-        self.solve_again()
+        self.solve_again();
     }
 
     /// The same with the factors that are there.
-    pub(crate) fn solve_again(&mut self) -> R {
-        self.work.copy_from_slice(&self.rhs);
+    pub(crate) fn solve_again(&mut self) {
+        self.keep_rhs();
         self.substitute();
-        self.residual()
     }
 
     pub(crate) fn factor(&mut self) {
