@@ -6,10 +6,13 @@
 use crate::compile::Request;
 use crate::diagnostic::Diagnostics;
 use crate::exact::Exact;
-use crate::files::{self, Output};
+pub use crate::files::BuildError;
+use crate::files::{self, Output, Unit};
 use crate::kernel::{Precision, Target};
 use crate::layouts::{LANES, Layout};
 use crate::outputs::Part;
+#[cfg(feature = "scenes")]
+use crate::scene::{self, Listener};
 use crate::{Effort, Mode};
 use std::path::{Path, PathBuf};
 
@@ -30,27 +33,10 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, Default)]
 pub struct Build {
     inputs: Vec<PathBuf>,
+    scene: Option<PathBuf>,
     out: Option<PathBuf>,
     request: Request,
 }
-
-/// Why a build failed: every message, in order.
-#[derive(Clone, Debug)]
-pub struct BuildError {
-    /// Errors in force files.
-    pub diagnostics: Vec<Diagnostics>,
-    /// What else is wrong, files that cannot be read or written for example.
-    pub others: Vec<String>,
-}
-
-impl std::fmt::Display for BuildError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let diagnostics = self.diagnostics.iter().map(|diagnostics| diagnostics.render(false));
-        f.write_str(&diagnostics.chain(self.others.iter().cloned()).collect::<Vec<String>>().join("\n\n"))
-    }
-}
-
-impl std::error::Error for BuildError {}
 
 impl Build {
     /// Nothing to compile yet.
@@ -61,6 +47,14 @@ impl Build {
     /// A force file, or a folder that is searched for them; relative to the crate. May be repeated.
     pub fn input(mut self, path: impl Into<PathBuf>) -> Build {
         self.inputs.push(path.into());
+        self
+    }
+
+    /// A scene file, which says itself what is compiled and how: it goes without inputs and options but `target`, `real` and
+    /// `out`; relative to the crate.
+    #[cfg(feature = "scenes")]
+    pub fn scene(mut self, path: impl Into<PathBuf>) -> Build {
+        self.scene = Some(path.into());
         self
     }
 
@@ -146,11 +140,11 @@ impl Build {
     ///
     /// Returns the files that were written.
     pub fn run(self) -> Vec<PathBuf> {
-        for path in &self.inputs {
-            println!("cargo::rerun-if-changed={}", path.display());
-        }
-        match self.try_run() {
-            Ok((files, warnings)) => {
+        let watch = |path: &Path| println!("cargo::rerun-if-changed={}", path.display());
+        self.inputs.iter().chain(&self.scene).for_each(|path| watch(path));
+        match self.write() {
+            Ok((files, warnings, sources)) => {
+                sources.iter().for_each(|path| watch(path));
                 warnings.iter().flat_map(lines).for_each(|line| println!("cargo::warning={line}"));
                 files
             }
@@ -168,24 +162,43 @@ impl Build {
 
     /// Writes the kernels, prints nothing. Returns the files that were written, and warnings.
     pub fn try_run(self) -> Result<(Vec<PathBuf>, Vec<Diagnostics>), BuildError> {
-        let (mut targets, mut precisions) =
-            (self.request.targets_or(Target::Rust), self.request.precisions_or_double());
-        targets.dedup();
-        precisions.sort();
-        precisions.dedup();
-        let failed = |others| BuildError { diagnostics: Vec::new(), others };
-        if let Some((message, help)) = self.request.conflict() {
-            return Err(failed(vec![format!("error: {message}\n  = help: {help}")]));
-        }
-        let out = match self.out {
-            Some(folder) => folder,
+        self.write().map(|(files, warnings, _)| (files, warnings))
+    }
+
+    /// The same, with the force files that were read.
+    fn write(self) -> Result<Written, BuildError> {
+        let out = match &self.out {
+            Some(folder) => folder.clone(),
             None => match std::env::var_os("OUT_DIR") {
                 Some(folder) => PathBuf::from(folder),
                 None => {
-                    return Err(failed(vec!["error: `OUT_DIR` is not set\n  = help: call `out`".to_owned()]));
+                    return Err(vec!["error: `OUT_DIR` is not set\n  = help: call `out`".to_owned()].into());
                 }
             },
         };
+        let (units, warnings, request) = match &self.scene {
+            Some(path) => self.compile_scene(path)?,
+            None => self.compile()?,
+        };
+        let (mut targets, mut precisions) =
+            (request.targets_or(Target::Rust), request.precisions_or_double());
+        targets.dedup();
+        precisions.sort();
+        precisions.dedup();
+        let failed = |error| BuildError::from(vec![error]);
+        let mut outputs = files::outputs(&units, &out, &targets, &precisions).map_err(failed)?;
+        if targets.contains(&Target::Rust) {
+            outputs.push(modules(&out, &outputs));
+        }
+        files::write(&out, &outputs).map_err(failed)?;
+        let sources = units.into_iter().map(|unit| unit.path).collect();
+        Ok((outputs.into_iter().map(|output| output.path).collect(), warnings, sources))
+    }
+
+    fn compile(&self) -> Result<Kernels, BuildError> {
+        if let Some((message, help)) = self.request.conflict() {
+            return Err(vec![format!("error: {message}\n  = help: {help}")].into());
+        }
         let found = files::read_all(&self.inputs);
         let (units, diagnostics) = files::compile_all(found.sources, &|_| true, &self.request, &mut |_| {});
         let mut others = found.errors;
@@ -196,19 +209,49 @@ impl Build {
         if !diagnostics.is_empty() || !others.is_empty() {
             return Err(BuildError { diagnostics, others });
         }
-        let mut outputs =
-            files::outputs(&units, &out, &targets, &precisions).map_err(|error| failed(vec![error]))?;
-        if targets.contains(&Target::Rust) {
-            outputs.push(modules(&out, &outputs));
-        }
-        files::write(&out, &outputs).map_err(|error| failed(vec![error]))?;
-        let warnings = units
-            .iter()
-            .filter(|unit| !unit.compiled.warnings.is_empty())
+        let warnings = units.iter().filter(|unit| !unit.compiled.warnings.is_empty());
+        let warnings = warnings
             .map(|unit| Diagnostics::new(unit.compiled.source.clone(), unit.compiled.warnings.clone()));
-        Ok((outputs.into_iter().map(|output| output.path).collect(), warnings.collect()))
+        let warnings = warnings.collect();
+        Ok((units, warnings, self.request.clone()))
+    }
+
+    /// The kernels of a scene, and what of it is printed; what was said here goes before what the scene says.
+    #[cfg(feature = "scenes")]
+    fn compile_scene(&self, path: &Path) -> Result<Kernels, BuildError> {
+        let Request { targets, precisions, .. } = &self.request;
+        let printed =
+            Request { targets: targets.clone(), precisions: precisions.clone(), ..Request::default() };
+        if !self.inputs.is_empty() || printed != self.request {
+            let message =
+                "error: a scene says itself what is compiled and how\n  = help: write it into the scene";
+            return Err(vec![message.to_owned()].into());
+        }
+        let mut warnings = Vec::new();
+        let (step, warn) = (&mut |_: &str, _: usize| (), &mut |found: Diagnostics| warnings.push(found));
+        let scene = scene::compile(path, &mut Listener { step, warn })?;
+        let mut request = scene.request;
+        if !targets.is_empty() {
+            request.targets.clone_from(targets);
+        }
+        if !precisions.is_empty() {
+            request.precisions.clone_from(precisions);
+        }
+        Ok((scene.units, warnings, request))
+    }
+
+    /// Without the feature there is no way to name a scene.
+    #[cfg(not(feature = "scenes"))]
+    fn compile_scene(&self, _: &Path) -> Result<Kernels, BuildError> {
+        self.compile()
     }
 }
+
+/// The files that were written, warnings, and the force files that were read.
+type Written = (Vec<PathBuf>, Vec<Diagnostics>, Vec<PathBuf>);
+
+/// Compiled force files, warnings, and what is printed of them.
+type Kernels = (Vec<Unit>, Vec<Diagnostics>, Request);
 
 /// `mod.rs`, which names the Rust files beside it.
 fn modules(folder: &Path, outputs: &[Output]) -> Output {

@@ -15,6 +15,49 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// Why a build failed: every message, in order.
+#[derive(Clone, Debug, Default)]
+pub struct BuildError {
+    /// Errors in force files, and in scenes.
+    pub diagnostics: Vec<Diagnostics>,
+    /// What else is wrong, files that cannot be read or written for example.
+    pub others: Vec<String>,
+}
+
+impl BuildError {
+    /// Whether nothing is wrong.
+    #[cfg(feature = "scenes")]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.diagnostics.is_empty() && self.others.is_empty()
+    }
+
+    /// All of it as text.
+    pub(crate) fn render(&self, colour: bool) -> String {
+        let diagnostics = self.diagnostics.iter().map(|diagnostics| diagnostics.render(colour));
+        diagnostics.chain(self.others.iter().cloned()).collect::<Vec<String>>().join("\n\n")
+    }
+}
+
+impl From<Vec<String>> for BuildError {
+    fn from(others: Vec<String>) -> BuildError {
+        BuildError { diagnostics: Vec::new(), others }
+    }
+}
+
+impl From<Diagnostics> for BuildError {
+    fn from(diagnostics: Diagnostics) -> BuildError {
+        BuildError { diagnostics: vec![diagnostics], others: Vec::new() }
+    }
+}
+
+impl std::fmt::Display for BuildError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for BuildError {}
+
 /// One compiled force file.
 pub(crate) struct Unit {
     /// Where it was read.

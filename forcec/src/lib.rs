@@ -35,6 +35,8 @@ pub mod plan;
 pub mod prepare;
 pub mod rounding;
 pub mod scalar;
+#[cfg(feature = "scenes")]
+mod scene;
 pub mod schedule;
 pub mod span;
 pub mod special;

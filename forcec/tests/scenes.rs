@@ -71,6 +71,38 @@ fn the_example() {
 
 /// An integrator says which kernels there are; equal ones are written once, and the command's own target goes first.
 #[test]
+fn build_scripts_take_scenes() {
+    let folder = place("script", &std::fs::read_to_string(example().join("gate.toml")).unwrap());
+    let scene = folder.join("scene.toml");
+    let build = || forcec::Build::new().scene(&scene).out(folder.join("written"));
+    let (files, warnings) = build().try_run().unwrap();
+    succeeds(&folder, "build --scene scene.toml --target rust");
+    let mut texts = 0;
+    for path in files.iter().filter(|path| !path.ends_with("mod.rs")) {
+        let other = folder.join("kernels").join(path.file_name().unwrap());
+        assert_eq!(std::fs::read_to_string(path).unwrap(), std::fs::read_to_string(other).unwrap());
+        texts += 1;
+    }
+    assert_eq!((texts, warnings.len()), (3, 0), "{files:?}");
+    let modules = std::fs::read_to_string(folder.join("written/mod.rs")).unwrap();
+    assert_eq!(modules, "pub mod gate;\npub mod gate_system;\npub mod gate_x4;\n");
+
+    let (files, _) = build().target(forcec::Target::C).real(forcec::Precision::F32).try_run().unwrap();
+    assert!(files.iter().any(|path| path.ends_with("gate_x4.c")), "{files:?}");
+    let text = std::fs::read_to_string(folder.join("written/gate_x4.c")).unwrap();
+    assert!(text.contains("_f32") && !text.contains("_f64"));
+
+    for refused in [build().lanes(4), build().input("gate.rs")] {
+        let error = refused.try_run().unwrap_err().to_string();
+        assert!(error.starts_with("error: a scene says itself what is compiled and how"), "{error}");
+    }
+    std::fs::write(&scene, "forces = [\"gate.rs\"]\n[[kernel]]\nfunction = \"hing\"\n").unwrap();
+    let error = build().try_run().unwrap_err();
+    assert_eq!((error.diagnostics.len(), error.others.len()), (1, 0));
+    assert!(error.to_string().contains("did you mean `hinge`?"), "{error}");
+}
+
+#[test]
 fn an_integrator_decides() {
     let entry = "[[kernel]]\nfunction = \"weight\"\n";
     let scene =

@@ -30,7 +30,7 @@ const VOCABULARY: [&str; 22] = [
 ];
 
 /// The pipeline, in order: a module, and the earlier ones that it imports besides the vocabulary.
-const PIPELINE: [(&str, &[&str]); 19] = [
+const PIPELINE: [(&str, &[&str]); 20] = [
     ("syntax", &[]),
     ("check", &["syntax"]),
     ("derive", &[]),
@@ -47,13 +47,14 @@ const PIPELINE: [(&str, &[&str]); 19] = [
     ("ties", &["kernel", "targets", "compile"]),
     ("expand", &["syntax", "kernel", "targets", "compile", "ties"]),
     ("files", &["syntax", "kernel", "targets", "compile"]),
-    ("build", &["kernel", "compile", "files"]),
+    ("scene", &["syntax", "check", "compile", "files"]),
+    ("build", &["kernel", "compile", "files", "scene"]),
     ("lint", &["derive", "optimize"]),
     (
         "cli",
         &[
             "syntax", "check", "derive", "formula", "text", "optimize", "schedule", "kernel", "targets",
-            "compile", "files", "lint", "rounding",
+            "compile", "files", "scene", "lint", "rounding",
         ],
     ),
 ];

@@ -1,10 +1,10 @@
 //! What a command is to work on: force files, read, checked and compiled together.
 
-use super::scene::{self, Scene};
 use super::{Failure, Input, Progress, Search, colour, complain};
 use crate::compile::Request;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::files::{self, Unit};
+use crate::scene::{self, Listener, Scene};
 use crate::span::Source;
 use crate::suggest;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,12 @@ impl Input {
                 "error: a scene says itself how its kernels are made\n  = help: write the options into it";
             return Err(Failure::Input(message.to_owned()));
         }
-        scene::compile(path)
+        let mut progress: Option<Progress> = None;
+        let mut step =
+            |name: &str, kernels: usize| progress.get_or_insert_with(|| Progress::new(kernels)).step(name);
+        let mut warn = |warnings: Diagnostics| complain(&(warnings.render(colour()) + "\n"));
+        let scene = scene::compile(path, &mut Listener { step: &mut step, warn: &mut warn });
+        scene.map_err(|wrong| Failure::Input(wrong.render(colour())))
     }
 }
 

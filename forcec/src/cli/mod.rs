@@ -8,7 +8,6 @@ mod input;
 mod lint;
 mod options;
 mod rounding;
-mod scene;
 mod show;
 mod stats;
 

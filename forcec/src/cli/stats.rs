@@ -1,10 +1,10 @@
 //! `forcec stats`: operations, lines, non-zeros and compile time of every kernel.
 
-use super::scene::{self, Scene};
 use super::{Input, Outcome, print};
 use crate::compile::Stages;
 use crate::kernel::{File, Precision, Target};
 use crate::layouts::Layout;
+use crate::scene::{self, Scene};
 use crate::targets::emit;
 use crate::verify::render::columns;
 use serde_json::{Value, json};

@@ -5,14 +5,12 @@
 
 mod read;
 
-use super::input::warn;
-use super::{Failure, Progress, colour};
 use crate::bodies::Parameter;
 use crate::check::check;
 use crate::compile::{self, Compiled, Stages};
 use crate::definition::Definition;
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::files::{self, Unit};
+use crate::files::{self, BuildError, Unit};
 use crate::identifiers::{Target, defined_for};
 use crate::layouts::Layout;
 use crate::options::{Choice, Request, suggestion};
@@ -25,19 +23,19 @@ use read::{Entry, Stated};
 use std::path::{Path, PathBuf};
 
 /// The kernels of a scene.
-pub(super) struct Scene {
+pub(crate) struct Scene {
     /// Where they are written.
-    pub(super) out: PathBuf,
+    pub(crate) out: PathBuf,
     /// What is printed.
-    pub(super) request: Request,
+    pub(crate) request: Request,
     /// The kernels, by force file.
-    pub(super) units: Vec<Unit>,
+    pub(crate) units: Vec<Unit>,
     /// How the full kernel that one stands for is made, in the order of the kernels; none if another one stands for it already.
     full: Vec<Option<Plan>>,
     /// Functions of the force files of which no kernel is wanted.
-    pub(super) left_out: Vec<String>,
+    pub(crate) left_out: Vec<String>,
     /// How many kernels were asked for more than once.
-    pub(super) again: usize,
+    pub(crate) again: usize,
 }
 
 /// A force file, read and checked.
@@ -49,23 +47,30 @@ struct Force {
     full: Vec<Option<Plan>>,
 }
 
+/// Who is told of what goes on.
+pub(crate) struct Listener<'a> {
+    /// Before each kernel: its function, and how many kernels there are.
+    pub(crate) step: &'a mut dyn FnMut(&str, usize),
+    /// For each force file that has some: what deserves a look.
+    pub(crate) warn: &'a mut dyn FnMut(Diagnostics),
+}
+
 /// Reads a scene, and compiles what it needs.
-pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::Input(format!("error: cannot read `{}`: {error}", path.display())))?;
+pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene, BuildError> {
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        BuildError::from(vec![format!("error: cannot read `{}`: {error}", path.display())])
+    })?;
     let source = Source::new(path.to_string_lossy().replace('\\', "/"), text);
-    let refuse = |errors: Diagnostics| Failure::Input(errors.render(colour()));
-    let scene = read::read(&source).map_err(refuse)?;
+    let scene = read::read(&source)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut forces = forces(&scene.forces, folder, &source)?;
+    let mut forces = forces(&scene.forces, folder, &source, listener.warn)?;
     let mut errors = Vec::new();
     let mut asked: Vec<(usize, String, Request)> = Vec::new();
     let mut again = 0;
-    let progress = Progress::new(scene.entries.len());
-    let mut failures: Vec<String> = Vec::new();
+    let mut failures: Vec<Diagnostics> = Vec::new();
     for entry in &scene.entries {
         let (name, at) = &entry.function;
-        progress.step(name);
+        (listener.step)(name, scene.entries.len());
         let Some((index, at_definition)) = find(&forces, name, *at, &mut errors) else { continue };
         let force = &mut forces[index];
         let definition = &force.definitions[at_definition];
@@ -108,7 +113,7 @@ pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
             let mut kernel = match compile::compile_file(&force.file, &|own| own == name, request.clone()) {
                 Ok(compiled) => compiled.functions,
                 Err(wrong) => {
-                    failures.push(wrong.render(colour()));
+                    failures.push(wrong);
                     continue;
                 }
             };
@@ -143,14 +148,13 @@ pub(super) fn compile(path: &Path) -> Result<Scene, Failure> {
             }
         }
     }
-    drop(progress);
     let definitions = || forces.iter().flat_map(|force| &force.definitions);
     errors.extend(scene.options.iter().flat_map(|stated| nowhere(stated, definitions())));
     if !errors.is_empty() {
-        failures.insert(0, Diagnostics::new(source, errors).render(colour()));
+        failures.insert(0, Diagnostics::new(source, errors));
     }
     if !failures.is_empty() {
-        return Err(Failure::Input(failures.join("\n\n")));
+        return Err(BuildError { diagnostics: failures, others: Vec::new() });
     }
     let wanted: Vec<&str> = scene.entries.iter().map(|entry| entry.function.0.as_str()).collect();
     let left_out = definitions().map(|definition| definition.name.clone());
@@ -185,8 +189,13 @@ fn conflicting<'s>(request: &Request, mut stated: impl Iterator<Item = &'s State
     found.map(|stated| stated.span)
 }
 
-/// Reads and checks the force files; warnings are printed.
-fn forces(named: &[(String, Span)], folder: &Path, source: &Source) -> Result<Vec<Force>, Failure> {
+/// Reads and checks the force files.
+fn forces(
+    named: &[(String, Span)],
+    folder: &Path,
+    source: &Source,
+    warn: &mut dyn FnMut(Diagnostics),
+) -> Result<Vec<Force>, BuildError> {
     let mut missing = Vec::new();
     for (path, at) in named.iter().filter(|(path, _)| !folder.join(path).exists()) {
         let shown = folder.join(path);
@@ -198,24 +207,26 @@ fn forces(named: &[(String, Span)], folder: &Path, source: &Source) -> Result<Ve
         missing.push(error.help("paths count from the folder of the scene"));
     }
     if !missing.is_empty() {
-        return Err(Failure::Input(Diagnostics::new(source.clone(), missing).render(colour())));
+        return Err(Diagnostics::new(source.clone(), missing).into());
     }
     let paths: Vec<PathBuf> = named.iter().map(|(path, _)| folder.join(path)).collect();
     let found = files::read_all(&paths);
-    let mut errors = found.errors;
+    let mut wrong = BuildError::from(found.errors);
     let mut forces = Vec::new();
     for (path, source) in found.sources {
         let checked = syntax::parse(&source).and_then(|file| Ok((check(&file)?, file)));
         match checked {
             Ok((checked, file)) => {
-                warn(&source, &checked.warnings);
+                if !checked.warnings.is_empty() {
+                    warn(Diagnostics::new(source, checked.warnings));
+                }
                 let definitions = checked.definitions;
                 forces.push(Force { path, file, definitions, kernels: Vec::new(), full: Vec::new() });
             }
-            Err(wrong) => errors.push(wrong.render(colour())),
+            Err(errors) => wrong.diagnostics.push(errors),
         }
     }
-    if errors.is_empty() { Ok(forces) } else { Err(Failure::Input(errors.join("\n\n"))) }
+    if wrong.is_empty() { Ok(forces) } else { Err(wrong) }
 }
 
 /// The force function of this name: its file, and its place there.
@@ -327,7 +338,7 @@ fn nowhere<'d>(
 
 impl Scene {
     /// What the full kernels cost, made in the same mode; none if another kernel of the scene stands for one already.
-    pub(super) fn costs_of_full(&self) -> Vec<Option<(usize, usize)>> {
+    pub(crate) fn costs_of_full(&self) -> Vec<Option<(usize, usize)>> {
         let kernels = self.units.iter().flat_map(|unit| {
             unit.compiled.functions.iter().map(|function| (&unit.compiled.source, &function.definition.name))
         });
@@ -341,7 +352,7 @@ impl Scene {
 }
 
 /// The operations of a kernel, and the entries it writes.
-pub(super) fn cost(function: &Stages) -> (usize, usize) {
+pub(crate) fn cost(function: &Stages) -> (usize, usize) {
     let schedule = &function.kernel.schedule;
     (schedule.operations().total(), schedule.entries())
 }

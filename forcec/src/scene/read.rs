@@ -10,15 +10,15 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// What consumes kernels, and the kernels it needs of a force.
-pub(in crate::cli) struct Integrator {
+pub(crate) struct Integrator {
     /// What a scene calls it.
-    pub(in crate::cli) name: &'static str,
+    pub(crate) name: &'static str,
     /// Outputs and layout of each kernel; none where the scene names them.
-    pub(in crate::cli) needs: &'static [(&'static [Part], Layout)],
+    pub(crate) needs: &'static [(&'static [Part], Layout)],
 }
 
 /// Every integrator.
-pub(in crate::cli) static INTEGRATORS: [Integrator; 7] = [
+pub(crate) static INTEGRATORS: [Integrator; 7] = [
     Integrator { name: "explicit", needs: &[(&[Part::Force], Layout::Dense)] },
     Integrator { name: "implicit", needs: &[(&Part::DEFAULT, Layout::System)] },
     Integrator { name: "rosenbrock", needs: &[(&Part::DEFAULT, Layout::Dense)] },
