@@ -529,22 +529,20 @@ where
             Solver::Automatic => Solver::Direct,
             chosen => chosen,
         };
-        let solved = if method == Solver::Direct {
-            Some(system.solve())
-        } else {
-            match system.iterate(method, tolerance, space) {
-                Some(iterations) => {
-                    self.report.iterations += iterations;
-                    Some(())
-                }
-                None => {
-                    self.report.breakdowns += 1;
-                    (self.solver == Solver::Automatic).then(|| system.solve())
-                }
-            }
-        };
+        let mut eliminates = method == Solver::Direct;
+        let mut solved = eliminates;
+        if !eliminates {
+            let iterations = system.iterate(method, tolerance, space);
+            solved = iterations.is_some();
+            eliminates = !solved && self.solver == Solver::Automatic;
+            self.report.iterations += iterations.unwrap_or(0);
+            self.report.breakdowns += usize::from(!solved);
+        }
+        if eliminates {
+            system.solve();
+        }
         self.report.solve += timer.elapsed();
-        solved
+        (solved || eliminates).then_some(())
     }
 
     /// How much of the right-hand side the last solution leaves, relative to it.

@@ -1,10 +1,12 @@
 //! `forcec stats`: operations, lines, non-zeros and compile time of every kernel.
 
 use super::{Input, Outcome, print};
-use crate::compile::Stages;
+use crate::compile::{self, Request, Stages};
 use crate::kernel::{File, Precision, Target};
 use crate::layouts::Layout;
-use crate::scene::{self, Scene};
+use crate::plan::Plan;
+use crate::scene::Scene;
+use crate::span::Source;
 use crate::targets::emit;
 use crate::verify::render::columns;
 use serde_json::{Value, json};
@@ -39,7 +41,7 @@ impl Stats {
     /// What the kernels of a scene cost beside those of everything, and what is left out.
     fn scene(&self, scene: &Scene) -> Outcome {
         let functions: Vec<&Stages> = scene.units.iter().flat_map(|unit| &unit.compiled.functions).collect();
-        let full: Vec<Option<(usize, usize)>> = scene.costs_of_full();
+        let full: Vec<Option<(usize, usize)>> = costs_of_full(scene);
         if self.json {
             let kernel = |(function, full): (&&Stages, &Option<(usize, usize)>)| {
                 let mut row = row_json(function);
@@ -61,7 +63,7 @@ impl Stats {
         let mut rows = Vec::new();
         let (mut own, mut all) = ((0, 0), (0, 0));
         for (function, full) in functions.iter().zip(full) {
-            let cost = scene::cost(function);
+            let cost = cost(function);
             own = (own.0 + cost.0, own.1 + cost.1);
             all = full.map_or(all, |full| (all.0 + full.0, all.1 + full.1));
             rows.push(line(&function.kernel.name, cost, full));
@@ -79,6 +81,25 @@ impl Stats {
         }
         print(&text)
     }
+}
+
+/// What the full kernels of a scene cost, made in the same mode; none if another kernel stands for one already.
+fn costs_of_full(scene: &Scene) -> Vec<Option<(usize, usize)>> {
+    let kernels = scene.units.iter().flat_map(|unit| {
+        unit.compiled.functions.iter().map(|function| (&unit.compiled.source, &function.definition.name))
+    });
+    let cost = |((source, name), plan): ((&Source, &String), &Option<Plan>)| {
+        let full = Request { plan: (*plan)?, settled: true, ..Request::default() };
+        let compiled = compile::compile(source, &|own| own == name, full).ok()?;
+        compiled.functions.first().map(cost)
+    };
+    kernels.zip(&scene.full).map(cost).collect()
+}
+
+/// The operations of a kernel, and the entries it writes.
+fn cost(function: &Stages) -> (usize, usize) {
+    let schedule = &function.kernel.schedule;
+    (schedule.operations().total(), schedule.entries())
 }
 
 /// How much less it is, in hundredths.

@@ -23,6 +23,10 @@ use read::{Entry, Stated};
 use std::path::{Path, PathBuf};
 
 /// The kernels of a scene.
+#[cfg_attr(
+    not(feature = "cli"),
+    expect(dead_code, reason = "the command line alone tells what was left out")
+)]
 pub(crate) struct Scene {
     /// Where they are written.
     pub(crate) out: PathBuf,
@@ -31,7 +35,7 @@ pub(crate) struct Scene {
     /// The kernels, by force file.
     pub(crate) units: Vec<Unit>,
     /// How the full kernel that one stands for is made, in the order of the kernels; none if another one stands for it already.
-    full: Vec<Option<Plan>>,
+    pub(crate) full: Vec<Option<Plan>>,
     /// Functions of the force files of which no kernel is wanted.
     pub(crate) left_out: Vec<String>,
     /// How many kernels were asked for more than once.
@@ -334,25 +338,4 @@ fn nowhere<'d>(
         Diagnostic { help: suggest::did_you_mean(name, names.iter().copied()), ..error }
     };
     unknown.map(error).collect()
-}
-
-impl Scene {
-    /// What the full kernels cost, made in the same mode; none if another kernel of the scene stands for one already.
-    pub(crate) fn costs_of_full(&self) -> Vec<Option<(usize, usize)>> {
-        let kernels = self.units.iter().flat_map(|unit| {
-            unit.compiled.functions.iter().map(|function| (&unit.compiled.source, &function.definition.name))
-        });
-        let cost = |((source, name), plan): ((&Source, &String), &Option<Plan>)| {
-            let full = Request { plan: (*plan)?, settled: true, ..Request::default() };
-            let compiled = compile::compile(source, &|own| own == name, full).ok()?;
-            compiled.functions.first().map(cost)
-        };
-        kernels.zip(&self.full).map(cost).collect()
-    }
-}
-
-/// The operations of a kernel, and the entries it writes.
-pub(crate) fn cost(function: &Stages) -> (usize, usize) {
-    let schedule = &function.kernel.schedule;
-    (schedule.operations().total(), schedule.entries())
 }
