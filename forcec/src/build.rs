@@ -51,7 +51,7 @@ impl Build {
     }
 
     /// A scene file, which says itself what is compiled and how: it goes without inputs and options but `target`, `real` and
-    /// `out`; relative to the crate.
+    /// `out`, and where it writes is said here; relative to the crate. Of several the last counts.
     #[cfg(feature = "scenes")]
     pub fn scene(mut self, path: impl Into<PathBuf>) -> Build {
         self.scene = Some(path.into());
@@ -165,7 +165,7 @@ impl Build {
         self.write().map(|(files, warnings, _)| (files, warnings))
     }
 
-    /// The same, with the force files that were read.
+    /// The same, with what a scene was made of.
     fn write(self) -> Result<Written, BuildError> {
         let out = match &self.out {
             Some(folder) => folder.clone(),
@@ -176,7 +176,7 @@ impl Build {
                 }
             },
         };
-        let (units, warnings, request) = match &self.scene {
+        let Kernels { units, warnings, request, sources } = match &self.scene {
             Some(path) => self.compile_scene(path)?,
             None => self.compile()?,
         };
@@ -191,7 +191,6 @@ impl Build {
             outputs.push(modules(&out, &outputs));
         }
         files::write(&out, &outputs).map_err(failed)?;
-        let sources = units.into_iter().map(|unit| unit.path).collect();
         Ok((outputs.into_iter().map(|output| output.path).collect(), warnings, sources))
     }
 
@@ -213,7 +212,7 @@ impl Build {
         let warnings = warnings
             .map(|unit| Diagnostics::new(unit.compiled.source.clone(), unit.compiled.warnings.clone()));
         let warnings = warnings.collect();
-        Ok((units, warnings, self.request.clone()))
+        Ok(Kernels { units, warnings, request: self.request.clone(), sources: Vec::new() })
     }
 
     /// The kernels of a scene, and what of it is printed; what was said here goes before what the scene says.
@@ -237,7 +236,7 @@ impl Build {
         if !precisions.is_empty() {
             request.precisions.clone_from(precisions);
         }
-        Ok((scene.units, warnings, request))
+        Ok(Kernels { units: scene.units, warnings, request, sources: scene.sources })
     }
 
     /// Without the feature there is no way to name a scene.
@@ -247,11 +246,18 @@ impl Build {
     }
 }
 
-/// The files that were written, warnings, and the force files that were read.
+/// The files that were written, warnings, and the force files and folders of a scene.
 type Written = (Vec<PathBuf>, Vec<Diagnostics>, Vec<PathBuf>);
 
-/// Compiled force files, warnings, and what is printed of them.
-type Kernels = (Vec<Unit>, Vec<Diagnostics>, Request);
+/// Compiled force files.
+struct Kernels {
+    units: Vec<Unit>,
+    warnings: Vec<Diagnostics>,
+    /// What is printed of them.
+    request: Request,
+    /// The force files and folders that a scene names.
+    sources: Vec<PathBuf>,
+}
 
 /// `mod.rs`, which names the Rust files beside it.
 fn modules(folder: &Path, outputs: &[Output]) -> Output {

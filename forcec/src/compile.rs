@@ -178,12 +178,10 @@ pub(crate) fn unknown<'f>(
     unknown.map(error).collect()
 }
 
-/// That a force has no value is an error where its value is wanted.
+/// That a force has no value is an error where its value is wanted, and so it is with multipliers.
 pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
-    let pulls = |part: &&Part| matches!(part, Part::Multiplier | Part::MultiplierStep | Part::Held);
-    if let Some(part) =
-        outputs.iter().find(pulls).filter(|_| !matches!(definition.law, Law::Constraint { .. }))
-    {
+    let pulls = outputs.iter().find(|part| part.row().of_constraints);
+    if let Some(part) = pulls.filter(|_| !matches!(definition.law, Law::Constraint { .. })) {
         let message = format!("`{}` has no multipliers, and so no `{}`", definition.name, part.name());
         return Some(
             Diagnostic::error(definition.span, message, "only constraints have")
@@ -214,6 +212,10 @@ fn extras(
             let positive = extra.value.iter().flatten().all(|h| !h.is_zero() && !h.is_negative());
             let wrong = match given {
                 Err(wrong) => Some(wrong),
+                Ok(()) if kind == Extra::Multipliers && extra.value.is_some() => Some((
+                    "multipliers are not known beforehand".to_owned(),
+                    "leave them an argument; where they are zero, call the kernel with zeros".to_owned(),
+                )),
                 Ok(()) if kind == Extra::Step && !positive => Some((
                     "the step is positive".to_owned(),
                     "write the time a step takes, as in `step=0.01`".to_owned(),

@@ -408,7 +408,6 @@ fn kernels(
         let name = format_ident!("{module}");
         quote! {
             #[allow(dead_code, non_snake_case, reason = "a world calls what it needs; no function has such a name")]
-            #[allow(clippy::too_many_arguments, reason = "they are bodies, parameters, a step and multipliers")]
             mod #name {
                 use super::{#(#bodies),*};
                 #modules

@@ -60,7 +60,7 @@ pub enum Extra {
     Step,
     /// p
     Direction,
-    /// λ, as it was
+    /// What stands for λ
     Multipliers,
 }
 
@@ -92,6 +92,8 @@ pub struct PartRow {
     pub columns: Option<Axis>,
     /// What else it is made of.
     pub extras: &'static [Extra],
+    /// Whether only constraints have it.
+    pub of_constraints: bool,
     /// What it is, for the generated documentation.
     pub summary: &'static str,
 }
@@ -105,6 +107,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Row,
         columns: None,
         extras: &[],
+        of_constraints: false,
         summary: "the rows of the constraint, or the energy",
     },
     PartRow {
@@ -114,6 +117,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Row,
         columns: None,
         extras: &[],
+        of_constraints: false,
         summary: "the rate of `value`",
     },
     PartRow {
@@ -123,6 +127,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Row,
         columns: Some(Axis::Coordinate),
         extras: &[],
+        of_constraints: false,
         summary: "`jacobian[i][j]` is the derivative of `value[i]` along pose coordinate j",
     },
     PartRow {
@@ -132,6 +137,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Row,
         columns: None,
         extras: &[],
+        of_constraints: true,
         summary: "what each row of C pulls with: stiffness C + damping dC/dt, or zero where a one-sided row does nothing",
     },
     PartRow {
@@ -141,6 +147,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Coordinate,
         columns: None,
         extras: &[],
+        of_constraints: false,
         summary: "generalised force F, in argument order",
     },
     PartRow {
@@ -150,6 +157,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
         extras: &[],
+        of_constraints: false,
         summary: "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j",
     },
     PartRow {
@@ -159,6 +167,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
         extras: &[],
+        of_constraints: false,
         summary: "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j",
     },
     PartRow {
@@ -168,6 +177,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Coordinate,
         columns: None,
         extras: &[Extra::Step],
+        of_constraints: false,
         summary: "h (F + h dF/dX V), with h the `step`, in argument order",
     },
     PartRow {
@@ -177,6 +187,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
         extras: &[Extra::Step],
+        of_constraints: false,
         summary: "h dF/dV + h^2 dF/dX, with h the `step`",
     },
     PartRow {
@@ -186,6 +197,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Row,
         columns: Some(Axis::Coordinate),
         extras: &[Extra::Step],
+        of_constraints: true,
         summary: "h dlambda/dV + h^2 dlambda/dX, with h the `step`",
     },
     PartRow {
@@ -195,7 +207,8 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Coordinate,
         columns: Some(Axis::Coordinate),
         extras: &[Extra::Step, Extra::Multipliers],
-        summary: "`matrix`, the gradients of C turning under the `multipliers` in place of lambda",
+        of_constraints: true,
+        summary: "h dF/dV + h^2 dF/dX, with the `multipliers` for lambda where gradients of C turn",
     },
     PartRow {
         part: Part::DfdxProduct,
@@ -204,6 +217,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Coordinate,
         columns: None,
         extras: &[Extra::Direction],
+        of_constraints: false,
         summary: "dF/dX times the `direction`",
     },
     PartRow {
@@ -213,6 +227,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Coordinate,
         columns: None,
         extras: &[Extra::Direction],
+        of_constraints: false,
         summary: "dF/dV times the `direction`",
     },
     PartRow {
@@ -222,6 +237,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Entry,
         columns: None,
         extras: &[],
+        of_constraints: false,
         summary: "a list of entries of other results",
     },
     PartRow {
@@ -231,6 +247,7 @@ pub static PARTS: [PartRow; 15] = [
         rows: Axis::Entry,
         columns: Some(Axis::Entry),
         extras: &[],
+        of_constraints: false,
         summary: "some rows and columns of another result",
     },
 ];

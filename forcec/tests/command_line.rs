@@ -560,6 +560,25 @@ fn a_full_disk_is_an_error() {
     assert_has(&String::from_utf8_lossy(&output.stderr), &["error: cannot write to standard output: "]);
 }
 
+// ---- multipliers
+
+#[test]
+fn only_constraints_have_multipliers() {
+    let place = Place::new("multipliers");
+    let rope = "#[constraint(unilateral)]\npub fn rope(p: Particle, multipliers: Real) -> Real {\n    \
+                multipliers - p.position.norm_squared()\n}\n";
+    place.write("rope.rs", rope).write("spring.rs", SPRING);
+    let wrong = place.refused("build spring.rs --out never --outputs held_matrix");
+    assert_has(&wrong, &["`spring` has no multipliers, and so no `held_matrix`", "only constraints have"]);
+    place.succeeds("check rope.rs --outputs force,multiplier,multiplier_step,held_matrix");
+    place.succeeds("check rope.rs --outputs held_matrix --set step=1");
+    place.succeeds("build rope.rs --out o --outputs multiplier,held_matrix --lanes 4");
+    assert_has(&place.read("o/rope_x4.h"), &["held_matrix[3][3][4]", "const double multipliers[1][4]"]);
+    place.write("tie.rs", "#[constraint]\npub fn tie(p: Particle) -> Vec3 {\n    p.position\n}\n");
+    let wrong = place.refused("build tie.rs --out never --outputs held_matrix --set multipliers=0");
+    assert_has(&wrong, &["multipliers are not known beforehand", "leave them an argument"]);
+}
+
 // ---- layouts
 
 #[test]

@@ -69,7 +69,7 @@ fn the_example() {
     assert_eq!(names.len(), 7, "{names:?}");
 }
 
-/// An integrator says which kernels there are; equal ones are written once, and the command's own target goes first.
+/// A build script writes what the command line writes, where it is told to.
 #[test]
 fn build_scripts_take_scenes() {
     let folder = place("script", &std::fs::read_to_string(example().join("gate.toml")).unwrap());
@@ -102,6 +102,7 @@ fn build_scripts_take_scenes() {
     assert!(error.to_string().contains("did you mean `hinge`?"), "{error}");
 }
 
+/// An integrator says which kernels there are; equal ones are written once, and the command's own target goes first.
 #[test]
 fn an_integrator_decides() {
     let entry = "[[kernel]]\nfunction = \"weight\"\n";

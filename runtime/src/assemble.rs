@@ -67,6 +67,8 @@ pub(crate) struct Wants {
     pub(crate) tangent: bool,
     /// Momenta.
     pub(crate) lag: bool,
+    /// Torques that turn the inertia are those that momenta change by: others are out of balance.
+    pub(crate) held: bool,
 }
 
 impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
@@ -331,8 +333,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             self.add_mass(node, mass);
             let mut turning = inertia;
             if self.wants.exact {
-                // What a guess leaves out of balance is no part of how the inertia turns.
-                let torque = if self.wants.lag {
+                let torque = if self.wants.held {
                     angular(&self.lag[node]) / self.damping
                 } else {
                     angular(&self.force[node])

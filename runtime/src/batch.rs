@@ -20,6 +20,8 @@ pub(crate) trait Batch<R: RealField>: Send {
     fn assemble(&mut self, bodies: &Bodies<'_, R>, out: Sums<'_, R>);
     /// Whether its forces are held by multipliers.
     fn has_multipliers(&self) -> bool;
+    /// Whether they pull by an energy, without multipliers.
+    fn is_energy(&self) -> bool;
     /// Before a step: λ is what the last good one left.
     fn begin(&mut self);
     /// After a solution: λ as it is there, had all been linear. A pose is off by the square of what it turned, which stiff
@@ -27,6 +29,8 @@ pub(crate) trait Batch<R: RealField>: Send {
     fn predict(&mut self, out: Sums<'_, R>);
     /// After a good step.
     fn keep(&mut self);
+    /// The state is another: λ is that of the pose where a step looks for it next.
+    fn forget(&mut self);
     /// Finds anew where blocks lie.
     fn place(&mut self, block: &dyn Fn((BodyKind, usize), (BodyKind, usize)) -> Option<usize>);
     /// Energy of all, and the largest gap.
@@ -47,12 +51,15 @@ pub(crate) trait Batch<R: RealField>: Send {
     /// The parameters of a force.
     #[cfg(feature = "serde")]
     fn numbers(&self, at: usize) -> Vec<R>;
-    /// λ of a force.
+    /// λ of all forces, if it is known.
     #[cfg(feature = "serde")]
-    fn multipliers(&self, at: usize) -> &[R];
-    /// Appends a force by its parameters and λ; whether there were as many as it takes.
+    fn multipliers(&self) -> Option<&[R]>;
+    /// Sets it; whether there were as many as it takes.
     #[cfg(feature = "serde")]
-    fn push_numbers(&mut self, numbers: &[R], multipliers: &[R], indices: &[usize], entry: usize) -> bool;
+    fn set_multipliers(&mut self, multipliers: Vec<R>) -> bool;
+    /// Appends a force by its parameters; whether there were as many as it takes.
+    #[cfg(feature = "serde")]
+    fn push_numbers(&mut self, numbers: &[R], indices: &[usize], entry: usize) -> bool;
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
@@ -66,9 +73,11 @@ pub(crate) struct Forces<K: Kernel> {
     entries: Vec<usize>,
     /// For each force a place for each pair of its bodies.
     places: Vec<u32>,
-    /// λ of each force, as the last good step left it, and in the present one.
-    kept: Vec<K::Real>,
-    held: Vec<K::Real>,
+    /// λ of each force, as the last good step left it, and in the present one; each with whether it is known.
+    kept: (Vec<K::Real>, bool),
+    held: (Vec<K::Real>, bool),
+    /// Whether a solution of the present step has told λ.
+    told: bool,
     /// For each force λ and its slopes, as evaluated last.
     linear: Vec<K::Real>,
 }
@@ -83,8 +92,9 @@ impl<K: Kernel> Default for Forces<K> {
             indices: Vec::new(),
             entries: Vec::new(),
             places: Vec::new(),
-            kept: Vec::new(),
-            held: Vec::new(),
+            kept: (Vec::new(), false),
+            held: (Vec::new(), false),
+            told: false,
             linear: Vec::new(),
         }
     }
@@ -95,18 +105,8 @@ impl<K: Kernel> Forces<K> {
         self.params.push(params);
         self.indices.push(indices);
         self.entries.push(entry);
-        self.kept.extend(std::iter::repeat_n(zero::<K::Real>(), K::ROWS));
-    }
-
-    /// λ of a force, as the last good step left it.
-    fn rows(&self, at: usize) -> &[K::Real] {
-        &self.kept[at * K::ROWS..][..K::ROWS]
-    }
-
-    /// Sets those of the last force.
-    fn set_last(&mut self, multipliers: &[K::Real]) {
-        let last = self.kept.len() - K::ROWS;
-        self.kept[last..].copy_from_slice(multipliers);
+        self.kept.0.extend(std::iter::repeat_n(zero::<K::Real>(), K::ROWS));
+        self.kept.1 = false;
     }
 
     fn add_all<const D: usize>(&mut self, bodies: &Bodies<'_, K::Real>, out: &mut Assembly<K::Real, D>) {
@@ -120,7 +120,12 @@ impl<K: Kernel> Forces<K> {
                     (K::evaluate_force(&mut self.force, bodies, *indices, params), Derivatives::None)
                 }
                 Need::Step { step, factor } => {
-                    let held = &self.held[at * K::ROWS..][..K::ROWS];
+                    let (all, known) = &mut self.held;
+                    let held = &mut all[at * K::ROWS..][..K::ROWS];
+                    if K::ROWS > 0 && !*known {
+                        let here = K::evaluate_step(&mut self.step, bodies, *indices, params, step, held);
+                        held.copy_from_slice(here.multipliers);
+                    }
                     let Linear { force, matrix, multipliers, slopes } =
                         K::evaluate_step(&mut self.step, bodies, *indices, params, step, held);
                     self.linear.extend_from_slice(multipliers);
@@ -135,15 +140,17 @@ impl<K: Kernel> Forces<K> {
             let local = Local { indices: indices.as_ref(), places, force, derivatives };
             out.add::<K>(bodies, &local);
         }
+        self.held.1 |= matches!(need, Need::Step { .. });
     }
 
     fn predict_all<const D: usize>(&mut self, out: &Assembly<K::Real, D>) {
         if K::ROWS == 0 || self.linear.is_empty() {
             return;
         }
+        self.told = true;
         let step = out.stiffness / out.damping;
         let known =
-            self.linear.chunks_exact(K::ROWS * (K::FREEDOMS + 1)).zip(self.held.chunks_exact_mut(K::ROWS));
+            self.linear.chunks_exact(K::ROWS * (K::FREEDOMS + 1)).zip(self.held.0.chunks_exact_mut(K::ROWS));
         for ((linear, held), indices) in known.zip(&self.indices) {
             let (multipliers, mut slopes) = linear.split_at(K::ROWS);
             for (held, &multiplier) in held.iter_mut().zip(multipliers) {
@@ -180,8 +187,14 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         K::ROWS > 0
     }
 
+    fn is_energy(&self) -> bool {
+        K::HAS_POTENTIAL && K::ROWS == 0
+    }
+
     fn begin(&mut self) {
-        self.held.clone_from(&self.kept);
+        self.held.0.clone_from(&self.kept.0);
+        self.held.1 = self.kept.1;
+        self.told = false;
     }
 
     fn predict(&mut self, out: Sums<'_, K::Real>) {
@@ -192,7 +205,14 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
     }
 
     fn keep(&mut self) {
-        self.kept.copy_from_slice(&self.held);
+        self.kept.1 = self.told;
+        if self.told {
+            self.kept.0.copy_from_slice(&self.held.0);
+        }
+    }
+
+    fn forget(&mut self) {
+        self.kept.1 = false;
     }
 
     fn place(&mut self, block: &dyn Fn((BodyKind, usize), (BodyKind, usize)) -> Option<usize>) {
@@ -227,7 +247,6 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         }
         if let Some(other) = other.as_any_mut().downcast_mut::<Forces<K>>() {
             other.push(self.params[at].clone(), indices, self.entries[at]);
-            other.set_last(self.rows(at));
         }
     }
 
@@ -235,9 +254,9 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         self.params.swap_remove(at);
         self.indices.swap_remove(at);
         self.entries.swap_remove(at);
-        let last = self.kept.len() - K::ROWS;
-        self.kept.copy_within(last.., at * K::ROWS);
-        self.kept.truncate(last);
+        let (kept, last) = (&mut self.kept.0, self.entries.len() * K::ROWS);
+        kept.copy_within(last.., at * K::ROWS);
+        kept.truncate(last);
     }
 
     fn entries(&self) -> &[usize] {
@@ -269,28 +288,30 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
     }
 
     #[cfg(feature = "serde")]
-    fn multipliers(&self, at: usize) -> &[K::Real] {
-        self.rows(at)
+    fn multipliers(&self) -> Option<&[K::Real]> {
+        (K::ROWS > 0 && self.kept.1).then_some(&self.kept.0)
     }
 
     #[cfg(feature = "serde")]
-    fn push_numbers(
-        &mut self,
-        numbers: &[K::Real],
-        multipliers: &[K::Real],
-        indices: &[usize],
-        entry: usize,
-    ) -> bool {
+    fn set_multipliers(&mut self, multipliers: Vec<K::Real>) -> bool {
+        let fits = multipliers.len() == self.entries.len() * K::ROWS;
+        if fits {
+            self.kept = (multipliers, true);
+        }
+        fits
+    }
+
+    #[cfg(feature = "serde")]
+    fn push_numbers(&mut self, numbers: &[K::Real], indices: &[usize], entry: usize) -> bool {
         let mut own = K::Indices::default();
         let mut rest = numbers.iter().copied();
         let params = K::read_params(&mut rest);
-        let fits = own.as_ref().len() == indices.len() && multipliers.len() == K::ROWS;
-        let Some(params) = params.filter(|_| rest.next().is_none() && fits) else {
+        let Some(params) = params.filter(|_| rest.next().is_none() && own.as_ref().len() == indices.len())
+        else {
             return false;
         };
         own.as_mut().copy_from_slice(indices);
         self.push(params, own, entry);
-        self.set_last(multipliers);
         true
     }
 

@@ -118,7 +118,7 @@ impl<R: RealField + Copy> Island<R> {
     /// Bodies or forces have changed in a way that ends sleep: what step control knew is void.
     pub(crate) fn wake(&mut self) {
         self.control.energy = None;
-        self.control.warm = false;
+        self.forget();
         self.stir();
     }
 
@@ -346,7 +346,13 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn restore_frame(&mut self) {
         self.store.restore(&self.frame);
         self.control.energy = None;
+        self.forget();
+    }
+
+    /// What bodies and forces keep from the last step is not that of the present state.
+    fn forget(&mut self) {
         self.control.warm = false;
+        self.batches.iter_mut().for_each(|batch| batch.forget());
     }
 
     /// One step from the present state, which is kept to come back to.

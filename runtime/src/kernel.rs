@@ -90,7 +90,7 @@ pub trait Kernel: Clone + Default + Send + 'static {
     /// Computes what a step of h s takes, in less time than both derivatives. `multipliers` stand for λ where gradients of C
     /// turn, so that a pose at which joints are stretched does no harm to the matrix; there are [`Kernel::ROWS`] of them.
     ///
-    /// Panics if there are not, or if an index is out of range.
+    /// Panics if there are fewer, or if an index is out of range.
     fn evaluate_step<'a>(
         out: &'a mut Self::Step,
         bodies: &Bodies<'_, Self::Real>,
@@ -124,7 +124,7 @@ pub trait Kernel: Clone + Default + Send + 'static {
 pub struct Linear<'a, R> {
     /// F: N entries.
     pub force: &'a [R],
-    /// h ∂F/∂V + h² ∂F/∂X: N² entries, row by row.
+    /// h ∂F/∂V + h² ∂F/∂X, given multipliers in place of λ where gradients of C turn: N² entries, row by row.
     pub matrix: &'a [R],
     /// λ, an entry a row of C.
     pub multipliers: &'a [R],

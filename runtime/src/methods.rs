@@ -5,7 +5,7 @@
 //!
 //! Every implicit method solves (M − hγ D − s K) δ = b, most with s = (hγ)², where K = ∂f/∂x and D = ∂f/∂v. Among the forces is the gyroscopic
 //! torque −ω × Iω with its derivatives; the rotational diagonal block of K carries the inertia term `[τ]× − I [α]×`, since
-//! the inertia turns with the body: τ is the whole torque, α = I⁻¹τ.
+//! the inertia turns with the body: τ is the whole torque, or in a stage of forces with multipliers what it has to be, Iα.
 
 use crate::assemble::{Assembly, Frame, Wants, add_angular, add_linear, angular, linear};
 use crate::batch::{Batch, Sums};
@@ -56,7 +56,7 @@ const LINEARISATIONS: usize = 3;
 /// step closes.
 const FAR: f64 = 0.016;
 
-/// The same where a force has no multipliers: what is left out stands in its derivatives as if it were true.
+/// The same where an energy pulls: what is left out stands in its derivatives as if it were true.
 const NEAR: f64 = 0.002;
 
 /// What a method works with, kept from step to step.
@@ -174,7 +174,7 @@ pub(crate) struct Stepper<'a, R: RealField, const D: usize> {
 
 /// How good a step was.
 pub(crate) struct Outcome<R> {
-    /// The largest relative residual of a solution.
+    /// The largest relative residual of the last solutions of stages.
     pub(crate) residual: R,
     /// The estimated error of the end, m and rad, if the method has one.
     pub(crate) error: Option<R>,
@@ -281,14 +281,15 @@ where
         for ((x, v), before) in pose.iter_mut().zip(velocity).zip(before) {
             *x = at(before, v);
         }
-        let far = if self.batches.iter().all(|batch| batch.has_multipliers()) { FAR } else { NEAR };
+        let held = self.batches.iter().any(|batch| batch.has_multipliers());
+        let far = if held && !self.batches.iter().any(|batch| batch.is_energy()) { FAR } else { NEAR };
         for left in (0..LINEARISATIONS).rev() {
             self.set(time);
             let Model { assembly, velocity, stages: [_, [origin, ..]], .. } = &mut *self.model;
             for ((lag, v), origin) in assembly.lag.iter_mut().zip(velocity).zip(origin) {
                 *lag = *v - *origin;
             }
-            let wants = Wants { matrix: true, exact: true, lag: true, ..Wants::default() };
+            let wants = Wants { matrix: true, exact: true, lag: true, held, ..Wants::default() };
             self.assemble(step, stiffness, wants);
             let Assembly { system, force, lag, .. } = &mut self.model.assembly;
             for ((b, f), momentum) in system.rhs.iter_mut().zip(force).zip(lag) {

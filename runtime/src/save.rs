@@ -43,6 +43,7 @@ struct SavedIsland<R: RealField + Copy> {
 struct SavedBatch<R> {
     kernel: String,
     forces: Vec<SavedForce<R>>,
+    multipliers: Option<Vec<R>>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -50,7 +51,6 @@ struct SavedForce<R> {
     entry: usize,
     bodies: Vec<usize>,
     params: Vec<R>,
-    multipliers: Vec<R>,
 }
 
 /// Makes a batch without forces.
@@ -88,11 +88,11 @@ impl<R: RealField + Copy> World<R> {
                 entry,
                 bodies: batch.indices(at).to_vec(),
                 params: batch.numbers(at),
-                multipliers: batch.multipliers(at).to_vec(),
             };
             SavedBatch {
                 kernel: batch.name().to_owned(),
                 forces: batch.entries().iter().enumerate().map(force).collect(),
+                multipliers: batch.multipliers().map(<[R]>::to_vec),
             }
         };
         let island = |island: &Island<R>| SavedIsland {
@@ -185,10 +185,11 @@ fn load_batch<R: RealField + Copy>(
         let there = |(&kind, &index): (&BodyKind, &usize)| index < store.members[kind as usize].len();
         let fits = batch.kinds().len() == force.bodies.len()
             && batch.kinds().iter().zip(&force.bodies).all(there)
-            && batch.push_numbers(&force.params, &force.multipliers, &force.bodies, force.entry);
+            && batch.push_numbers(&force.params, &force.bodies, force.entry);
         if !fits {
             return Err(Error::UnknownKernel);
         }
     }
-    Ok(batch)
+    let fits = saved.multipliers.is_none_or(|multipliers| batch.set_multipliers(multipliers));
+    if fits { Ok(batch) } else { Err(Error::Damaged) }
 }

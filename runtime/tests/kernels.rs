@@ -115,6 +115,12 @@ mod fields {
         weight * up.dot(&d) + half(stiffness * across.norm_squared()) + sum
     }
 
+    /// A particle on a body.
+    #[constraint(real = f64)]
+    pub(crate) fn peg(p: Particle, b: Rigid, arm: Vec3) -> Vec3 {
+        (b.position - p.position) + b.orientation * arm
+    }
+
     /// A body turned home.
     #[force(real = f64)]
     pub(crate) fn homing(body: Rigid, p: Particle) -> (Wrench, Vec3) {
@@ -181,6 +187,13 @@ fn agree<K: Kernel<Real = f64>>(bodies: &Bodies<'_, f64>, indices: K::Indices, p
     assert_eq!(matrix.len(), K::FREEDOMS * K::FREEDOMS);
     let sums = whole.dfdv().iter().zip(whole.dfdx()).map(|(v, x)| h * v + h * h * x);
     assert!(matrix.iter().zip(sums).all(|(a, b)| near(*a, b)), "{}", K::NAME);
+    // It grows with multipliers in proportion.
+    let own = matrix.to_vec();
+    let twice: Vec<f64> = multipliers.iter().map(|x| 2.0 * x).collect();
+    let twice = K::evaluate_step(&mut step, bodies, indices, params, h, &twice).matrix.to_vec();
+    let none = K::evaluate_step(&mut step, bodies, indices, params, h, &any).matrix;
+    assert_eq!(twice != none, K::ROWS > 0, "{}", K::NAME);
+    assert!(own.iter().zip(twice.iter().zip(none)).all(|(a, (b, c))| near(*a, 0.5 * (b + c))), "{}", K::NAME);
 }
 
 #[test]
@@ -200,6 +213,8 @@ fn kernels_with_fewer_results_agree() {
     let spring = alone::spring::Params { rest_length: 1.0, stiffness: 10.0, damping: 3.0 };
     agree::<alone::spring::Output>(&bodies, [2, 1], &spring);
     agree::<fields::homing::Output>(&bodies, [1, 1], &());
+    let peg = fields::peg::Params { arm: [0.1, -0.4, 0.2], stiffness: 10.0, damping: 3.0 };
+    agree::<fields::peg::Output>(&bodies, [2, 1], &peg);
 }
 
 #[test]

@@ -347,6 +347,23 @@ fn energy_is_that_of_bodies_springs_and_gravity() {
     assert!((report.energy - 49.0).abs() < 1e-3 && (report.gap - 0.5).abs() < 1e-3);
 }
 
+/// Where energy may not be lost, what a force takes is no loss.
+#[test]
+fn a_brake_may_take_energy() {
+    for load in [0.0, -2.0] {
+        let mut world = World::default();
+        world.settings.energy_loss = Some(1e-9);
+        let state = Rigid { velocity: Vec3::x() * 3.0, angular_velocity: Vec3::y(), ..Rigid::default() };
+        let body = world.add_rigid(state, Motion::Dynamic(1.0, Vec3::repeat(0.1))).unwrap();
+        world.add_kernel::<brake::Output>((), &[body]).unwrap();
+        world.set_load(body, Wrench { force: Vec3::x() * load, torque: Vec3::zeros() }).unwrap();
+        for _ in 0..20 {
+            let report = world.step(5e-3).unwrap();
+            assert_eq!((report.rejected, report.semi_definite), (0, 0));
+        }
+    }
+}
+
 #[cfg(feature = "serde")]
 #[test]
 fn a_saved_world_goes_on_bit_for_bit() {

@@ -8,11 +8,12 @@ pub mod driver;
 
 use forcec::bodies::{Role, Signature, Slot};
 use forcec::compile::{Compiled, Request, compile};
+use forcec::definition::Law;
 use forcec::kernel::{File, Precision};
 use forcec::layouts::{LANES, LAYOUTS, Layout};
 use forcec::outputs::Part;
 use forcec::span::Source;
-use forcec::{Plan, Specialization};
+use forcec::{Plan, Specialization, check, syntax};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -83,7 +84,8 @@ pub fn special() -> Vec<ForceFile> {
         ("solids", Request { outputs: values, ..Request::default() }),
         ("contacts", Request { outputs: vec![Part::Force], ..Request::default() }),
     ];
-    requests.map(|(stem, request)| requested(stem, request)).into()
+    let held = held("cloth", Request::default());
+    requests.map(|(stem, request)| requested(stem, request)).into_iter().chain([held]).collect()
 }
 
 /// Of each kind of kernel some: springs have square roots, contacts branches, joints everything else.
@@ -111,10 +113,17 @@ pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
     let ways = ways.chain(prepared.map(|way| (way, true)));
     let requests =
         ways.map(|((layout, lanes), prepare)| Request { layout, lanes, prepare, ..Request::default() });
-    let requests = requests.filter(|request| request.conflict().is_none());
+    let held = [(Layout::Accumulate, 1), (Layout::Packed, 4), (Layout::Dense, 8)]
+        .map(|(layout, lanes)| Request { layout, lanes, outputs: HELD.to_vec(), ..Request::default() });
+    let requests = requests.filter(|request| request.conflict().is_none()).chain(held);
+    let constraints = constraints(&source);
     parallel(requests.collect(), |request: Request| {
         let chosen = |name: &str| KINDS.iter().any(|(_, names)| names.contains(&name));
-        let wanted = |name: &str| chosen(name) || name == LONG && request.lanes == 1;
+        let held = request.outputs == HELD;
+        let wanted = |name: &str| match held {
+            true => chosen(name) && constraints.iter().any(|own| own == name),
+            false => chosen(name) || name == LONG && request.lanes == 1,
+        };
         let compiled = compile(&source, &wanted, request.clone());
         let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
         let precisions: &[Precision] = match request.lanes {
@@ -122,13 +131,37 @@ pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
             4 => &[Precision::F64],
             _ => &[Precision::F32],
         };
-        let stem = if request.prepare { "prepared_kinds" } else { "kinds" };
+        let stem = match (held, request.prepare) {
+            (true, _) => "held_kinds",
+            (_, true) => "prepared_kinds",
+            _ => "kinds",
+        };
         (ForceFile { stem: stem.to_owned(), compiled }, precisions)
     })
 }
 
+/// What only constraints have, beside F.
+const HELD: [Part; 4] = [Part::Multiplier, Part::Force, Part::MultiplierStep, Part::Held];
+
+/// The constraints of a text, by name.
+pub fn constraints(source: &Source) -> Vec<String> {
+    let checked = syntax::parse(source).and_then(|file| check::check(&file));
+    let definitions = checked.unwrap_or_else(|errors| panic!("{errors}")).definitions;
+    let own = definitions.into_iter().filter(|own| matches!(own.law, Law::Constraint { .. }));
+    own.map(|own| own.name).collect()
+}
+
+/// The constraints of a file of the library, with what only they have.
+fn held(stem: &str, request: Request) -> ForceFile {
+    let source = Source::new(format!("{stem}.rs"), library_text(stem));
+    let names = constraints(&source);
+    let request = Request { outputs: HELD.to_vec(), ..request };
+    let compiled = compile(&source, &|name| names.iter().any(|own| own == name), request);
+    ForceFile { stem: stem.to_owned(), compiled: compiled.unwrap_or_else(|errors| panic!("{errors}")) }
+}
+
 /// The text of a file of the library.
-fn library_text(stem: &str) -> String {
+pub fn library_text(stem: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
     std::fs::read_to_string(&path).expect("the library can be read")
 }

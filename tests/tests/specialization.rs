@@ -3,14 +3,14 @@
 //! computed changes nothing either: any two results are checked together.
 
 use forcec::bodies::Signature;
-use forcec::compile::{Request, Stages, compile_file};
+use forcec::compile::{Request, Stages, compile, compile_file};
 use forcec::exact::Exact;
 use forcec::outputs::Part;
 use forcec::span::Source;
 use forcec::verify::probe::Probe;
 use forcec::verify::{CheckOptions, Family, Subject, check_chosen};
 use forcec::{Effort, Plan, Specialization, syntax};
-use forcec_tests::{ForceFile, library, parallel, requested};
+use forcec_tests::{ForceFile, constraints, library, library_text, parallel};
 
 fn subject(function: &Stages) -> Subject<'_> {
     Subject { source: &function.source, program: &function.program }
@@ -117,14 +117,21 @@ fn results_do_not_disturb_each_other() {
         choices.flat_map(|(k, first)| Part::CHOICES[k + 1..].iter().map(move |second| (first, second)));
     let checked = parallel(pairs.collect(), |((first, one), (second, other))| {
         let of_rows = [first, second].iter().any(|name| ["value", "jacobian"].contains(*name));
-        let stems =
-            if of_rows { &["springs", "solids", "cloth"][..] } else { &["joints", "solids", "fields"] };
-        let plan = Plan { effort: Effort::Quick, ..Plan::default() };
         let outputs = Part::in_order([*one, *other].concat());
+        let of_constraints = outputs.iter().any(|part| part.row().of_constraints);
+        let stems = match (of_constraints, of_rows) {
+            (true, _) => &["joints", "cloth", "contacts"][..],
+            (_, true) => &["springs", "solids", "cloth"],
+            _ => &["joints", "solids", "fields"],
+        };
+        let plan = Plan { effort: Effort::Quick, ..Plan::default() };
         let mut checked = 0;
         for stem in stems {
             let request = Request { outputs: outputs.clone(), ..Request::from(plan) };
-            for function in requested(stem, request).compiled.functions {
+            let source = Source::new(format!("{stem}.rs"), library_text(stem));
+            let constraints = constraints(&source);
+            let wanted = |name: &str| !of_constraints || constraints.iter().any(|own| own == name);
+            for function in compile(&source, &wanted, request).unwrap_or_else(|e| panic!("{e}")).functions {
                 let report = check_chosen(&subject(&function), &CheckOptions { seed: 1, states: 1 });
                 assert!(report.passed, "{first} and {second}:\n{}", report.table());
                 checked += 1;

@@ -16,7 +16,7 @@ use crate::bodies::{Block, Role, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::exact::Exact;
 use crate::outputs::{Axis, Extra, Part};
-use crate::vector::{Formulation, Graph, Node, Real, Vector};
+use crate::vector::{Formulation, Graph, Node, Real, Truth, Vector};
 use gradient::gradient;
 use lie::{Lie, Variable};
 use rate::{Motion, Rates};
@@ -73,9 +73,9 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
     let mut symmetric = false;
     let steps = wanted.iter().any(|part| part.row().extras.contains(&Extra::Step));
     let time = if steps { bodies.extra_slot("step", 0).map(|slot| graph.entry(slot)) } else { None };
-    let bare = |part: &Part| match part {
-        Part::Multiplier | Part::MultiplierStep | Part::Held => true,
-        _ => part.row().rows == Axis::Coordinate && !part.row().extras.contains(&Extra::Step),
+    let bare = |part: &Part| {
+        let row = part.row();
+        row.of_constraints || row.rows == Axis::Coordinate && !row.extras.contains(&Extra::Step)
     };
     let step = time.filter(|_| !wanted.iter().any(bare));
     // λ, and what is given in its place.
@@ -120,11 +120,13 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
                             let c = graph.let_real(&format!("c{label}"), c);
                             let rate = Rates::new(&mut graph).real(c);
                             let rate = graph.let_real(&format!("c{label}_dot"), rate);
-                            let multiplier = gains.multiplier(&mut graph, number + k, c, rate, *unilateral);
+                            let (pull, active) = gains.pull(&mut graph, number + k, c, rate, *unilateral);
+                            let multiplier =
+                                active.map_or(pull, |active| where_true(&mut graph, active, pull));
                             let multiplier = graph.let_real(&format!("lambda{label}"), multiplier);
                             reals.push((c, graph.neg(multiplier)));
                             multipliers.push(multiplier);
-                            held.reals.push((c, multiplier, number + k));
+                            held.reals.push((c, pull, active, number + k));
                             rows.push((c, rate));
                         }
                     }
@@ -284,10 +286,16 @@ fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
     lie.graph.let_vector(&name, force)
 }
 
-/// Rows of C, each with its λ and its number.
+/// x where that is so, else zero.
+fn where_true(graph: &mut Graph, truth: Truth, x: Real) -> Real {
+    let zero = graph.zero();
+    graph.select(truth, x, zero)
+}
+
+/// Rows of C, each with its λ, of a one-sided row what that is where it is not zero and where that is, and its number.
 #[derive(Default)]
 struct Held {
-    reals: Vec<(Real, Real, usize)>,
+    reals: Vec<(Real, Real, Option<Truth>, usize)>,
     vectors: Vec<(Vector, Vector, usize)>,
 }
 
@@ -308,10 +316,13 @@ impl Held {
                 .extra_slot("multipliers", number as u32)
                 .expect("a result brings what it is made of")
         };
-        for (c, multiplier, number) in self.reals {
+        for (c, pull, active, number) in self.reals {
             let slot = slot(graph, number);
-            let own = graph.entry(slot);
-            given.stand.insert(own.0, multiplier.0);
+            let mut own = graph.entry(slot);
+            given.stand.insert(own.0, pull.0);
+            if let Some(active) = active {
+                own = where_true(graph, active, own);
+            }
             let push = graph.mul(h, own);
             given.reals.push((c, graph.neg(push)));
         }
@@ -358,19 +369,25 @@ impl Gains {
         g.pack(entries)
     }
 
-    /// ks C + kd Ċ; of a one-sided row min(ks C + kd Ċ, 0) where C < 0, else 0.
-    fn multiplier(&self, g: &mut Graph, row: usize, c: Real, rate: Real, unilateral: bool) -> Real {
+    /// ks C + kd Ċ; of a one-sided row also whether it pushes: where C < 0 and that is negative.
+    fn pull(
+        &self,
+        g: &mut Graph,
+        row: usize,
+        c: Real,
+        rate: Real,
+        unilateral: bool,
+    ) -> (Real, Option<Truth>) {
         let (stiffness, damping) = (self.gain(g, 0, row), self.gain(g, 1, row));
         let (stiff, damped) = (g.mul(stiffness, c), g.mul(damping, rate));
-        let multiplier = g.add(stiff, damped);
+        let pull = g.add(stiff, damped);
         if !unilateral {
-            return multiplier;
+            return (pull, None);
         }
-        let multiplier = g.let_real("pull", multiplier);
+        let pull = g.let_real("pull", pull);
         let zero = g.zero();
-        let (touching, pushing) = (g.less(c, zero), g.less(multiplier, zero));
-        let active = g.and(touching, pushing);
-        g.select(active, multiplier, zero)
+        let (touching, pushing) = (g.less(c, zero), g.less(pull, zero));
+        (pull, Some(g.and(touching, pushing)))
     }
 }
 

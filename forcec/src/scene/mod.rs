@@ -28,6 +28,8 @@ use std::path::{Path, PathBuf};
     expect(dead_code, reason = "the command line alone tells what was left out")
 )]
 pub(crate) struct Scene {
+    /// The force files and folders it names.
+    pub(crate) sources: Vec<PathBuf>,
     /// Where they are written.
     pub(crate) out: PathBuf,
     /// What is printed.
@@ -173,7 +175,8 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
         let compiled = Compiled { source, docs, names, functions: force.kernels, warnings: Vec::new() };
         units.push(Unit { path: force.path, compiled });
     }
-    Ok(Scene { out: folder.join(&scene.out), request, units, full, left_out, again })
+    let sources = scene.forces.iter().map(|(path, _)| folder.join(path)).collect();
+    Ok(Scene { sources, out: folder.join(&scene.out), request, units, full, left_out, again })
 }
 
 /// Whether kernels of these names define a name of C both.

@@ -1,8 +1,8 @@
 //! Rust: one file for a force file, with a module a kernel and precision.
 //!
-//! In: a [`File`]. Out: text that rustc, rustfmt and clippy accept as it stands: no `unsafe`, no silenced lint, every
-//! public item documented. A kernel's module reads bodies through `super` and by index only, so that any struct with
-//! indexable fields serves.
+//! In: a [`File`]. Out: text that rustc, rustfmt and clippy accept as it stands: no `unsafe`, no lint silenced but that on many
+//! arguments, every public item documented. A kernel's module reads bodies through `super` and by index only, so that any
+//! struct with indexable fields serves.
 
 mod constants;
 mod dialect;
@@ -26,6 +26,10 @@ use std::collections::BTreeSet;
 
 /// The width rustfmt breaks lines at.
 const WIDTH: usize = 100;
+
+/// As many arguments as clippy lets a function have, and what a function with more says.
+const FEW: usize = 7;
+const MANY: &str = "    #[allow(clippy::too_many_arguments, reason = \"they are what a step takes\")]\n";
 
 /// What stands in a module is indented by this.
 const INDENT: &str = "    ";
@@ -396,7 +400,8 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
         arguments.push(format!("{}{declared}", unused(reads.extras[index])));
     }
     arguments.push(format!("out: {}", results(kernel)));
-    head("pub fn evaluate", &arguments)
+    let many = if arguments.len() > FEW { MANY } else { "" };
+    format!("{many}{}", head("pub fn evaluate", &arguments))
 }
 
 /// The head of a function of a module.

@@ -12,7 +12,10 @@ impl Graph {
     /// The point a vector is: a position, or three entries of a parameter.
     pub(super) fn point(&self, v: Vector) -> Option<Slot> {
         match *self.vector_at(v) {
-            Node::Triple(slot) if matches!(self.signature.role(slot), None | Some(Role::Position)) => {
+            Node::Triple(slot)
+                if matches!(self.signature.role(slot), None | Some(Role::Position))
+                    && self.signature.extra(slot).is_none() =>
+            {
                 Some(slot)
             }
             _ => None,

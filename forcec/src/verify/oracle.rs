@@ -588,8 +588,13 @@ impl Point<'_, '_> {
             Part::Multiplier => self.multipliers.clone(),
             Part::MultiplierStep => stepped(&Of::Multipliers)?,
             Part::Held => {
-                let pairs = self.extra("multipliers").iter().zip(&self.multipliers);
-                stepped(&Of::Held(pairs.map(|(given, own)| given.clone() - own.clone()).collect()))?
+                let rows = self.extra("multipliers").iter().zip(&self.multipliers).zip(&self.activity);
+                // A row that does nothing has none.
+                let more = rows.map(|((given, own), side)| match side {
+                    Ordering::Less => given.clone() - own.clone(),
+                    _ => Big::zero(),
+                });
+                stepped(&Of::Held(more.collect()))?
             }
             Part::DfdxProduct => self.dfdx()?.times(self.extra("direction")),
             Part::DfdvProduct => self.dfdv()?.times(self.extra("direction")),

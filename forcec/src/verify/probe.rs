@@ -65,7 +65,7 @@ impl<'a> Probe<'a> {
             let pushes = point.pushes();
             let mut outputs: Vec<f64> = Vec::new();
             for array in &self.subject.program.arrays {
-                let derivative = matches!(array.part, Part::Jacobian | Part::Dfdx | Part::Dfdv);
+                let derivative = array.part.row().columns.is_some();
                 let noise = if derivative { point.noise } else { 0.0 };
                 outputs.extend(point.part(array.part)?.iter().map(|x| flushed(x, noise)));
             }
