@@ -205,8 +205,9 @@ impl Build {
             others.extend(files::duplicates(&units));
             others.extend(files::unknown(&units, &self.request.known));
         }
-        if !diagnostics.is_empty() || !others.is_empty() {
-            return Err(BuildError { diagnostics, others });
+        let wrong = BuildError { diagnostics, others };
+        if !wrong.is_empty() {
+            return Err(wrong);
         }
         let warnings = units.iter().filter(|unit| !unit.compiled.warnings.is_empty());
         let warnings = warnings

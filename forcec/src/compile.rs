@@ -181,7 +181,7 @@ pub(crate) fn unknown<'f>(
 /// That a force has no value is an error where its value is wanted, and so it is with multipliers.
 pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
     let pulls = outputs.iter().find(|part| part.row().of_constraints);
-    if let Some(part) = pulls.filter(|_| !matches!(definition.law, Law::Constraint { .. })) {
+    if let Some(part) = pulls.filter(|_| !definition.law.has_multipliers()) {
         let message = format!("`{}` has no multipliers, and so no `{}`", definition.name, part.name());
         return Some(
             Diagnostic::error(definition.span, message, "only constraints have")

@@ -67,6 +67,11 @@ pub enum Law {
 }
 
 impl Law {
+    /// Whether its rows pull by multipliers: those of a constraint do.
+    pub fn has_multipliers(&self) -> bool {
+        matches!(self, Law::Constraint { .. })
+    }
+
     /// Rows of C; one for an energy, none for a force.
     pub fn rows(&self) -> usize {
         match self {

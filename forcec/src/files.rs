@@ -26,7 +26,6 @@ pub struct BuildError {
 
 impl BuildError {
     /// Whether nothing is wrong.
-    #[cfg(feature = "scenes")]
     pub(crate) fn is_empty(&self) -> bool {
         self.diagnostics.is_empty() && self.others.is_empty()
     }

@@ -31,18 +31,14 @@ pub(crate) static COMPANIONS: [Companion; 4] = [
     Companion {
         module: "forcec__steps",
         outputs: &[Part::Multiplier, Part::Force, Part::MultiplierStep, Part::Held],
-        is_of: has_multipliers,
+        is_of: Law::has_multipliers,
     },
     Companion {
         module: "forcec__steps",
         outputs: &[Part::Force, Part::Matrix],
-        is_of: |law| !has_multipliers(law),
+        is_of: |law| !law.has_multipliers(),
     },
 ];
-
-fn has_multipliers(law: &Law) -> bool {
-    matches!(law, Law::Constraint { .. })
-}
 
 /// The implementation of the runtime's traits by a kernel.
 pub(crate) fn ties(
@@ -163,7 +159,7 @@ fn tie(row: &Companion, companion: &Stages, arguments: &[TokenStream], precision
                 }
                 _ => quote!(),
             };
-            let (taken, passed, matrix, own) = if has_multipliers(law) {
+            let (taken, passed, matrix, own) = if law.has_multipliers() {
                 (
                     quote!(multipliers),
                     quote!(multipliers.first_chunk().expect("a multiplier for each row"),),

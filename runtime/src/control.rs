@@ -192,9 +192,9 @@ impl<R: RealField + Copy> Island<R> {
         let noise = (before.terms + after.terms) * R::default_epsilon() * number(100.0);
         // Power was taken somewhere within the step; loads stay, so that more is known of what they gave.
         let work = power * h * number(2.0);
-        let given = work.max(self.load_work(h)).max(R::zero());
         let allowed = |share: R| most * share * (h / course.h) + noise;
-        let gained = grown > allowed(settings.energy_growth) + given;
+        let most_grown = allowed(settings.energy_growth);
+        let gained = grown > most_grown + work.max(R::zero()) && grown > most_grown + self.load_work(h);
         let lost = settings.energy_loss.is_some_and(|share| -grown > allowed(share) - work.min(R::zero()));
         if gained || lost { Err(None) } else { Ok((outcome, after, most)) }
     }

@@ -11,7 +11,7 @@ use crate::methods::{Integrator, Model, Outcome, Stepper};
 use crate::report::Report;
 use crate::settings::Settings;
 use crate::sparse::System;
-use crate::store::{Poses, Store};
+use crate::store::{Member, Poses, Store};
 use crate::world::Motion;
 use nalgebra::{RealField, SVector, Vector3, convert};
 use std::collections::{BTreeMap, BTreeSet};
@@ -414,10 +414,7 @@ impl<R: RealField + Copy> Island<R> {
 
     /// A body within the last step of `Rodas4`, at a share of its time.
     pub(crate) fn between(&self, kind: BodyKind, index: usize, share: R) -> Option<crate::Rigid<R>> {
-        let saved = match kind {
-            BodyKind::Rigid => *self.saved.rigid.get(index)?,
-            BodyKind::Particle => crate::store::as_rigid(self.saved.particles.get(index)?),
-        };
+        let saved = self.saved.get(kind, index)?;
         match &self.engine {
             Engine::Three(model) => model.between(kind, index, share, saved),
             Engine::Six(model) => model.between(kind, index, share, saved),
@@ -426,19 +423,15 @@ impl<R: RealField + Copy> Island<R> {
 
     /// What loads did in the step, by the mean of velocities before and after.
     pub(crate) fn load_work(&self, h: R) -> R {
-        let Island { store, saved, .. } = self;
         let half = convert::<f64, R>(0.5);
-        let rigid =
-            store.rigid.iter().zip(&saved.rigid).zip(&store.members[0]).map(|((after, before), member)| {
-                let turning =
-                    member.load.fixed_rows::<3>(3).dot(&(before.angular_velocity + after.angular_velocity));
-                member.load.fixed_rows::<3>(0).dot(&(before.velocity + after.velocity)) + turning
-            });
-        let particles = store.particles.iter().zip(&saved.particles).zip(&store.members[1]);
-        let particles = particles.map(|((after, before), member)| {
-            member.load.fixed_rows::<3>(0).dot(&(before.velocity + after.velocity))
-        });
-        rigid.chain(particles).fold(R::zero(), |sum, power| sum + power) * half * h
+        let work = |(kind, index, member): (BodyKind, usize, &Member<R>)| {
+            let (before, after) = (self.saved.get(kind, index)?, self.store.get(kind, index));
+            let turning = (before.angular_velocity + after.angular_velocity) * half;
+            let moving = (before.velocity + after.velocity) * half;
+            let load = &member.load;
+            Some(load.fixed_rows::<3>(0).dot(&moving) + load.fixed_rows::<3>(3).dot(&turning))
+        };
+        self.store.iter().filter_map(work).fold(R::zero(), |sum, power| sum + power) * h
     }
 
     /// Parts of at most so many nodes, grown from a node that differs from step to step.

@@ -1,8 +1,7 @@
 //! Sparse linear systems of D × D blocks: their pattern, and direct solution by block elimination.
 //!
-//! In go the pairs of nodes that forces couple; out comes an order of elimination by least degree, nodes side by side that do not
-//! wait for each other, the fill it makes, and
-//! storage for both, kept while the pairs stay. On a tree there is no fill and a solve is O(n). Blocks need not be
+//! In go the pairs of nodes that forces couple; out comes an order of elimination by least degree, nodes side by side
+//! that do not wait for each other, the fill it makes, and storage for both, kept while the pairs stay. On a tree there is no fill and a solve is O(n). Blocks need not be
 //! symmetric, their pattern is. Nodes are renumbered: node i is the i-th that is eliminated. Diagonal blocks are
 //! factored without pivoting; whoever solves checks the residual. Other solvers stand in [`iterative`](crate::iterative).
 

@@ -55,6 +55,16 @@ pub(crate) struct Poses<R: RealField> {
     pub(crate) particles: Vec<Particle<R>>,
 }
 
+impl<R: RealField + Copy> Poses<R> {
+    /// The state of a body, if it is there.
+    pub(crate) fn get(&self, kind: BodyKind, index: usize) -> Option<Rigid<R>> {
+        match kind {
+            BodyKind::Rigid => self.rigid.get(index).copied(),
+            BodyKind::Particle => self.particles.get(index).map(as_rigid),
+        }
+    }
+}
+
 impl<R: RealField> Default for Poses<R> {
     fn default() -> Poses<R> {
         Poses { rigid: Vec::new(), particles: Vec::new() }

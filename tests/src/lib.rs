@@ -8,7 +8,6 @@ pub mod driver;
 
 use forcec::bodies::{Role, Signature, Slot};
 use forcec::compile::{Compiled, Request, compile};
-use forcec::definition::Law;
 use forcec::kernel::{File, Precision};
 use forcec::layouts::{LANES, LAYOUTS, Layout};
 use forcec::outputs::Part;
@@ -83,9 +82,9 @@ pub fn special() -> Vec<ForceFile> {
         ("springs", Request { outputs: values.clone(), ..Request::default() }),
         ("solids", Request { outputs: values, ..Request::default() }),
         ("contacts", Request { outputs: vec![Part::Force], ..Request::default() }),
+        ("cloth", Request { outputs: HELD.to_vec(), ..Request::default() }),
     ];
-    let held = held("cloth", Request::default());
-    requests.map(|(stem, request)| requested(stem, request)).into_iter().chain([held]).collect()
+    requests.map(|(stem, request)| requested(stem, request)).into()
 }
 
 /// Of each kind of kernel some: springs have square roots, contacts branches, joints everything else.
@@ -144,31 +143,26 @@ pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
 const HELD: [Part; 4] = [Part::Multiplier, Part::Force, Part::MultiplierStep, Part::Held];
 
 /// The constraints of a text, by name.
-pub fn constraints(source: &Source) -> Vec<String> {
+fn constraints(source: &Source) -> Vec<String> {
     let checked = syntax::parse(source).and_then(|file| check::check(&file));
     let definitions = checked.unwrap_or_else(|errors| panic!("{errors}")).definitions;
-    let own = definitions.into_iter().filter(|own| matches!(own.law, Law::Constraint { .. }));
+    let own = definitions.into_iter().filter(|own| own.law.has_multipliers());
     own.map(|own| own.name).collect()
 }
 
-/// The constraints of a file of the library, with what only they have.
-fn held(stem: &str, request: Request) -> ForceFile {
-    let source = Source::new(format!("{stem}.rs"), library_text(stem));
-    let names = constraints(&source);
-    let request = Request { outputs: HELD.to_vec(), ..request };
-    let compiled = compile(&source, &|name| names.iter().any(|own| own == name), request);
-    ForceFile { stem: stem.to_owned(), compiled: compiled.unwrap_or_else(|errors| panic!("{errors}")) }
-}
-
 /// The text of a file of the library.
-pub fn library_text(stem: &str) -> String {
+fn library_text(stem: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
     std::fs::read_to_string(&path).expect("the library can be read")
 }
 
-/// A file of the library as it is asked for.
+/// A file of the library as it is asked for; its constraints alone where only these have it.
 pub fn requested(stem: &str, request: Request) -> ForceFile {
-    let compiled = compile(&Source::new(format!("{stem}.rs"), library_text(stem)), &|_| true, request);
+    let source = Source::new(format!("{stem}.rs"), library_text(stem));
+    let of_constraints = request.outputs.iter().any(|part| part.row().of_constraints);
+    let constraints = if of_constraints { constraints(&source) } else { Vec::new() };
+    let wanted = |name: &str| !of_constraints || constraints.iter().any(|own| own == name);
+    let compiled = compile(&source, &wanted, request);
     let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
     ForceFile { stem: stem.to_owned(), compiled }
 }

@@ -3,14 +3,14 @@
 //! computed changes nothing either: any two results are checked together.
 
 use forcec::bodies::Signature;
-use forcec::compile::{Request, Stages, compile, compile_file};
+use forcec::compile::{Request, Stages, compile_file};
 use forcec::exact::Exact;
 use forcec::outputs::Part;
 use forcec::span::Source;
 use forcec::verify::probe::Probe;
 use forcec::verify::{CheckOptions, Family, Subject, check_chosen};
 use forcec::{Effort, Plan, Specialization, syntax};
-use forcec_tests::{ForceFile, constraints, library, library_text, parallel};
+use forcec_tests::{ForceFile, library, parallel, requested};
 
 fn subject(function: &Stages) -> Subject<'_> {
     Subject { source: &function.source, program: &function.program }
@@ -128,10 +128,7 @@ fn results_do_not_disturb_each_other() {
         let mut checked = 0;
         for stem in stems {
             let request = Request { outputs: outputs.clone(), ..Request::from(plan) };
-            let source = Source::new(format!("{stem}.rs"), library_text(stem));
-            let constraints = constraints(&source);
-            let wanted = |name: &str| !of_constraints || constraints.iter().any(|own| own == name);
-            for function in compile(&source, &wanted, request).unwrap_or_else(|e| panic!("{e}")).functions {
+            for function in requested(stem, request).compiled.functions {
                 let report = check_chosen(&subject(&function), &CheckOptions { seed: 1, states: 1 });
                 assert!(report.passed, "{first} and {second}:\n{}", report.table());
                 checked += 1;
