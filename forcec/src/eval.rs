@@ -75,6 +75,7 @@ fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N
         Node::Constant(value) => N::exact(value),
         Node::Input(slot) => inputs(*slot),
         Node::Difference(first, second) => inputs(*first) - inputs(*second),
+        Node::Offset(slot, number) => inputs(*slot) + N::exact(number),
         Node::Sum(constant, terms) => {
             let mut sum = (!constant.is_zero()).then(|| N::exact(constant));
             for (coefficient, id) in terms {
@@ -92,6 +93,7 @@ fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N
             all.reduce(|product, x| product * x).unwrap_or_else(|| N::exact(&crate::exact::Exact::ONE))
         }
         Node::Multiple(c, x) => N::exact(c) * real(x),
+        Node::Held(x) => real(x),
         Node::Recip(x) => N::exact(&crate::exact::Exact::ONE) / real(x),
         Node::Call(function, arguments) => {
             N::call(*function, &arguments.iter().map(real).collect::<Vec<_>>())

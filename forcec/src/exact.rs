@@ -104,6 +104,20 @@ impl Exact {
         matches!(self.0, Repr::Small(1 | -1, 1))
     }
 
+    /// Whether this is ±2ⁿ for a whole n: a factor that rounds nothing.
+    pub fn is_power_of_two(&self) -> bool {
+        use dashu_int::ops::PowerOfTwo;
+        match &self.0 {
+            Repr::Small(numerator, denominator) => {
+                numerator.unsigned_abs().is_power_of_two() && denominator.is_power_of_two()
+            }
+            Repr::Large(value) => {
+                let (_, numerator) = value.numerator().clone().into_parts();
+                numerator.is_power_of_two() && value.denominator().is_power_of_two()
+            }
+        }
+    }
+
     /// Whether this is below 0.
     pub fn is_negative(&self) -> bool {
         match &self.0 {

@@ -156,6 +156,7 @@ impl<'g> Formulas<'g> {
             self.graph.node(index as usize),
             Node::Triple(_)
                 | Node::Difference(..)
+                | Node::VectorOffset(..)
                 | Node::VectorSum(_)
                 | Node::Scale(..)
                 | Node::Cross(..)
@@ -227,6 +228,12 @@ impl<'g> Formulas<'g> {
             Node::Triple(slot) => (self.slot(*slot, true), Atom),
             Node::Difference(p, q) => {
                 (format!("({} {} {})", self.slot(*p, true), self.minus(), self.slot(*q, true)), Atom)
+            }
+            Node::Offset(x, number) => self.sum(number, [(Exact::ONE, x.0)].into_iter()),
+            Node::VectorOffset(v, numbers) => {
+                let place = numbers.iter().map(|number| signed(number, self.dialect));
+                let place = place.collect::<Vec<String>>().join(", ");
+                (format!("{} + ({place})", self.part(v.0, Binding::Product)), Binding::Sum)
             }
             Node::Sum(constant, terms) => self.sum(constant, terms.iter().map(|(c, x)| (c.clone(), x.0))),
             Node::VectorSum(terms) => self.sum(&Exact::ZERO, terms.iter().map(|(c, v)| (c.clone(), v.0))),

@@ -118,14 +118,6 @@ pub static IDENTITIES: &[Identity] = &[
         let half = f == Function::Powf && g.value(x[1]) == Some(&Exact::ratio(1, 2));
         half.then(|| g.call(Function::Sqrt, &[x[0]]))
     }),
-    identity!("half-integer power", "x.abs().powf(-1.5)" => "x.abs().sqrt() * x.abs().powi(-2)", |g, f, x| {
-        let y = g.value(*x.get(1)?).filter(|_| f == Function::Powf)?;
-        let twice = (y + y).to_i64().filter(|n| n.abs() <= 64)?;
-        let root = g.call(Function::Sqrt, &[x[0]]);
-        let whole = i32::try_from((twice - 1) / 2).ok()?;
-        let power = g.powi(x[0], whole);
-        Some(g.mul(root, power))
-    }),
     identity!("smaller of equals", "x.min(x) + y.max(y)" => "x + y", |_, f, x| {
         (matches!(f, Function::Min | Function::Max) && x[0] == x[1]).then_some(x[0])
     }),

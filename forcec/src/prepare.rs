@@ -219,6 +219,10 @@ impl Splitter<'_> {
                 None => match node {
                     Node::Input(slot) => rest.graph.input(moved(*slot)),
                     Node::Difference(first, second) => rest.graph.difference(moved(*first), moved(*second)),
+                    Node::Offset(slot, number) => {
+                        let entry = rest.graph.input(moved(*slot));
+                        rest.graph.offset(entry, number.clone())
+                    }
                     Node::Sum(constant, terms) => {
                         let mut term = |(coefficient, x): &(Exact, Id)| match held(
                             &mut self,

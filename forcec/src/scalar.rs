@@ -48,12 +48,16 @@ pub enum Node {
     Input(Slot),
     /// first − second, pinned
     Difference(Slot, Slot),
+    /// entry + number, pinned
+    Offset(Slot, Exact),
     /// constant + Σ coefficient · id
     Sum(Exact, Box<[(Exact, Id)]>),
     /// Π id^exponent
     Product(Box<[(Id, u32)]>),
     /// number · x for a positive number, kept as a value of its own: something is multiplied with it more than once.
     Multiple(Exact, Id),
+    /// x, kept as a value of its own: no pass takes apart what it is made of.
+    Held(Id),
     /// 1/x
     Recip(Id),
     /// A row of the function table.
@@ -76,10 +80,14 @@ impl Node {
     /// The nodes this one reads, in order.
     pub fn operands(&self) -> SmallVec<[Id; 4]> {
         match self {
-            Node::Constant(_) | Node::Input(_) | Node::Difference(..) | Node::Known(_) => smallvec![],
+            Node::Constant(_)
+            | Node::Input(_)
+            | Node::Difference(..)
+            | Node::Offset(..)
+            | Node::Known(_) => smallvec![],
             Node::Sum(_, terms) => terms.iter().map(|(_, id)| *id).collect(),
             Node::Product(factors) => factors.iter().map(|(id, _)| *id).collect(),
-            Node::Multiple(_, x) | Node::Recip(x) | Node::Not(x) => smallvec![*x],
+            Node::Multiple(_, x) | Node::Held(x) | Node::Recip(x) | Node::Not(x) => smallvec![*x],
             Node::Call(_, arguments) => arguments.iter().copied().collect(),
             Node::Select(c, x, y) => smallvec![*c, *x, *y],
             Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => smallvec![*x, *y],
@@ -89,7 +97,7 @@ impl Node {
     /// The entries of arguments it reads itself, in order.
     pub fn slots(&self) -> SmallVec<[Slot; 2]> {
         match self {
-            Node::Input(slot) => smallvec![*slot],
+            Node::Input(slot) | Node::Offset(slot, _) => smallvec![*slot],
             Node::Difference(first, second) => smallvec![*first, *second],
             _ => smallvec![],
         }
@@ -171,6 +179,7 @@ impl Graph {
             Node::Constant(value) => self.constant(value.clone()),
             Node::Input(slot) => self.input(*slot),
             Node::Difference(first, second) => self.difference(*first, *second),
+            Node::Offset(slot, number) => self.intern(Node::Offset(*slot, number.clone())),
             Node::Sum(constant, terms) => {
                 self.sum(constant.clone(), terms.iter().map(|(c, x)| (c.clone(), at(x))).collect())
             }
@@ -179,6 +188,7 @@ impl Graph {
                 self.product(&factors)
             }
             Node::Multiple(c, x) => self.held_multiple(c, at(x)),
+            Node::Held(x) => self.held(at(x)),
             Node::Recip(x) => self.recip(at(x)),
             Node::Call(function, arguments) => {
                 let arguments: Vec<Id> = arguments.iter().map(at).collect();
@@ -246,6 +256,14 @@ impl Graph {
         self.intern(Node::Difference(first, second))
     }
 
+    /// x + number, pinned where x is an entry of an argument.
+    pub fn offset(&mut self, x: Id, number: Exact) -> Id {
+        match *self.node(x) {
+            Node::Input(slot) if !number.is_zero() => self.intern(Node::Offset(slot, number)),
+            _ => self.sum(number, vec![(Exact::ONE, x)]),
+        }
+    }
+
     /// A node as coefficient and rest; a number is itself times one.
     pub fn split(&self, id: Id) -> (Exact, Id) {
         match self.node(id) {
@@ -269,6 +287,26 @@ impl Graph {
         }
         let held = self.intern(Node::Multiple(size, rest));
         if coefficient.is_negative() { self.neg(held) } else { held }
+    }
+
+    /// A product as a value that no pass takes apart; what is no product needs no holding.
+    pub fn held(&mut self, id: Id) -> Id {
+        let (coefficient, rest) = self.split(id);
+        match self.node(rest) {
+            Node::Constant(_) => id,
+            Node::Product(_) | Node::Recip(_) if !coefficient.is_negative() => self.intern(Node::Held(id)),
+            Node::Product(_) | Node::Recip(_) => {
+                let opposite = self.neg(id);
+                let held = self.intern(Node::Held(opposite));
+                self.neg(held)
+            }
+            _ if coefficient.is_unit() => id,
+            _ => {
+                let size = self.scaled(coefficient.abs(), rest);
+                let held = self.intern(Node::Held(size));
+                if coefficient.is_negative() { self.neg(held) } else { held }
+            }
+        }
     }
 
     /// −x
@@ -465,7 +503,7 @@ impl Graph {
         let mut cost = Operations::default();
         match self.node(id) {
             Node::Constant(_) | Node::Input(_) | Node::Known(_) => {}
-            Node::Difference(..) => cost.add = 1,
+            Node::Difference(..) | Node::Offset(..) => cost.add = 1,
             Node::Sum(constant, terms) => {
                 cost.add = terms.len() - 1 + usize::from(!constant.is_zero());
                 cost.mul = terms.iter().filter(|(c, _)| !c.is_unit()).count();
@@ -482,7 +520,7 @@ impl Graph {
                 Cost::Call => cost.call = 1,
             },
             Node::Select(..) | Node::Compare(..) => cost.call = 1,
-            Node::And(..) | Node::Or(..) | Node::Not(_) => {}
+            Node::Held(_) | Node::And(..) | Node::Or(..) | Node::Not(_) => {}
         }
         cost
     }

@@ -62,8 +62,13 @@ impl fmt::Display for Graph {
                 }
                 Node::Select(c, x, y) => ('r', format!("select {c} {x} {y}")),
                 Node::Let(x) => ('r', format!("let {x}")),
+                Node::Offset(x, number) => ('r', format!("offset {x} {number}")),
                 Node::Triple(s) => ('v', base(*s)),
                 Node::Difference(p, q) => ('v', format!("{} − {}", base(*p), base(*q))),
+                Node::VectorOffset(v, numbers) => {
+                    let [x, y, z] = &**numbers;
+                    ('v', format!("offset {v} {x} {y} {z}"))
+                }
                 Node::VectorSum(terms) => {
                     let parts: Vec<String> = terms.iter().map(|(c, v)| format!("{c} {v}")).collect();
                     ('v', format!("sum {}", parts.join(", ")))
@@ -204,6 +209,7 @@ impl fmt::Display for Program {
                 scalar::Node::Constant(value) => value.to_string(),
                 scalar::Node::Input(s) => slot(*s),
                 scalar::Node::Difference(p, q) => format!("{} − {}", slot(*p), slot(*q)),
+                scalar::Node::Offset(p, number) => format!("offset {} {number}", slot(*p)),
                 scalar::Node::Sum(constant, terms) => {
                     let mut parts: Vec<String> = terms.iter().map(|(c, x)| format!("{c} {x}")).collect();
                     if !constant.is_zero() {
@@ -217,6 +223,7 @@ impl fmt::Display for Program {
                     format!("product {}", factors.iter().map(power).collect::<Vec<_>>().join(" "))
                 }
                 scalar::Node::Multiple(c, x) => format!("multiple {c} {x}"),
+                scalar::Node::Held(x) => format!("held {x}"),
                 scalar::Node::Recip(x) => format!("recip {x}"),
                 scalar::Node::Call(function, arguments) => {
                     let order = function.order().map_or(String::new(), |n| n.to_string());

@@ -196,6 +196,11 @@ fn vector(graph: &Graph, ranges: &Ranges, node: &Node) -> Option<(Interval, [Int
         }
         Node::TurnVector(_) => (Interval::new(0.0, 1.0), within(Interval::new(0.0, 1.0))),
         Node::Difference(..) => (length([Interval::ALL; 3]), [Interval::ALL; 3]),
+        Node::VectorOffset(v, numbers) => {
+            let entries = ranges.entries(*v);
+            let moved = [0, 1, 2].map(|k| entries[k].add(Interval::point(numbers[k].to_f64())));
+            (length(moved), moved)
+        }
         Node::VectorSum(terms) => {
             let mut sum = [Interval::point(0.0); 3];
             for (c, v) in terms {
@@ -253,6 +258,7 @@ fn real(graph: &Graph, ranges: &Ranges, node: &Node) -> Interval {
         Node::Constant(value) => Interval::point(value.to_f64()).except_zero(!value.is_zero()),
         Node::Entry(slot) => stated(graph, *slot).0,
         Node::TurnReal(_) => Interval::new(-1.0, 1.0),
+        Node::Offset(x, number) => of(x).add(Interval::point(number.to_f64())),
         Node::Sum(constant, terms) => {
             let start = Interval::point(constant.to_f64()).except_zero(!constant.is_zero());
             terms.iter().fold(start, |sum, (c, term)| sum.add(of(term).mul(Interval::point(c.to_f64()))))

@@ -137,6 +137,7 @@ fn propagate_real(lie: &mut Lie, adjoints: &mut Adjoints, node: Real, adjoint: R
                 adjoints.real(argument, share);
             }
         }
+        Node::Offset(x, _) => adjoints.real(x, adjoint),
         Node::Let(x) => {
             let name = format!("adjoint_{}", lie.graph.name(index).unwrap_or("value"));
             let held = lie.graph.let_real(&name, adjoint);
@@ -178,6 +179,7 @@ fn propagate_vector(
                 }
             }
         }
+        Node::VectorOffset(v, _) => adjoints.vector(v, adjoint),
         Node::VectorSum(terms) => {
             for (c, v) in terms {
                 let share = lie.graph.vector_sum(vec![(c, adjoint)]);

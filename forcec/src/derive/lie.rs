@@ -166,6 +166,7 @@ impl Lie {
             | Node::TurnReal(_)
             | Node::Call(..)
             | Node::Select(..)
+            | Node::Offset(..)
             | Node::Let(_) => Derivative::Row(self.derive_real(index, &node, variable)),
             _ => Derivative::Matrix(Rc::new(self.derive_vector(index, &node, variable))),
         }
@@ -250,7 +251,7 @@ impl Lie {
                 let (dx, dy) = (self.row_of(*x, variable), self.row_of(*y, variable));
                 self.graph.vector_select(*condition, dx, dy)
             }
-            Node::Let(x) => self.row_of(*x, variable),
+            Node::Let(x) | Node::Offset(x, _) => self.row_of(*x, variable),
             _ => self.graph.zero_vector(),
         }
     }
@@ -385,7 +386,7 @@ impl Lie {
                 });
                 self.stacked(rows)
             }
-            Node::VectorLet(v) => (*self.matrix_of(*v, variable)).clone(),
+            Node::VectorLet(v) | Node::VectorOffset(v, _) => (*self.matrix_of(*v, variable)).clone(),
             _ => unreachable!("{node:?} is no vector"),
         }
     }

@@ -102,6 +102,7 @@ impl Rates<'_> {
                     }
                 })
             }
+            Node::VectorOffset(v, _) => Rate::Vector(self.vector_of(v)),
             Node::VectorSum(terms) => {
                 let rates = terms.iter().map(|(c, v)| (c.clone(), self.vector_of(*v))).collect();
                 Rate::Vector(self.graph.vector_sum(rates))
@@ -223,6 +224,7 @@ impl Rates<'_> {
                 let (dx, dy) = (self.real_of(*x), self.real_of(*y));
                 self.graph.select(*condition, dx, dy)
             }
+            Node::Offset(x, _) => self.real_of(*x),
             Node::Let(x) => {
                 let rate = self.real_of(*x);
                 let name = self.rate_name(index);

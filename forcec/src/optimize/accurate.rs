@@ -18,13 +18,14 @@ pub(super) fn mark(program: &mut Program) {
             continue;
         }
         let node = graph.node(Id(index as u32));
-        let cancels = matches!(node, Node::Difference(..))
+        let cancels = matches!(node, Node::Difference(..) | Node::Offset(..))
             || matches!(node, Node::Sum(constant, terms) if terms.len() > 1 || !constant.is_zero());
         let computes = matches!(
             node,
             Node::Sum(..)
                 | Node::Product(_)
                 | Node::Multiple(..)
+                | Node::Held(_)
                 | Node::Recip(_)
                 | Node::Call(Function::Sqrt, _)
                 | Node::Select(..)

@@ -10,6 +10,7 @@ use crate::derive::lie::{Lie, Variable};
 use crate::derive::matrix::Matrix;
 use crate::derive::{Combination, Derived};
 use crate::exact::{Exact, collect};
+use crate::ops::Function;
 use crate::outputs::{Array, Part};
 use crate::scalar::{self, Id, Program};
 use crate::vector::{Node, Real, Vector};
@@ -170,6 +171,10 @@ impl Lowering {
                 let entry = |slot: Slot| Slot { offset: slot.offset + k, ..slot };
                 self.difference(entry(first), entry(second))
             })),
+            Node::VectorOffset(v, numbers) => {
+                let entries = self.entries(v);
+                Lowered::Vector([0, 1, 2].map(|k| self.scalar.offset(entries[k], numbers[k].clone())))
+            }
             Node::VectorSum(terms) => {
                 let parts: Vec<(Exact, [Id; 3])> =
                     terms.iter().map(|(c, v)| (c.clone(), self.entries(*v))).collect();
@@ -235,6 +240,8 @@ impl Lowering {
                 let mut powers = Vec::with_capacity(factors.len());
                 for &(factor, exponent) in factors {
                     let id = self.id(factor.0);
+                    // A power of a product is not the product of powers: each of these may leave the range.
+                    let id = if exponent.unsigned_abs() > 1 { self.scalar.held(id) } else { id };
                     let base = if exponent < 0 { self.scalar.recip(id) } else { id };
                     powers.push((base, exponent.unsigned_abs()));
                 }
@@ -248,9 +255,20 @@ impl Lowering {
             Node::Norm(v) => {
                 let v = self.entries(*v);
                 let square = self.dot(v, v);
-                self.scalar.call(crate::ops::Function::Sqrt, &[square])
+                self.scalar.call(Function::Sqrt, &[square])
             }
             Node::TurnReal(turn) => self.turn(turn)[3],
+            Node::Call(Function::Powf, arguments)
+                if half_integer(&self.lie.graph, arguments[1]).is_some() =>
+            {
+                // x^(n + ½) = xⁿ √x, and for negative powers 1/(xⁿ √x).
+                let twice = half_integer(&self.lie.graph, arguments[1]).expect("just seen");
+                let x = self.id(arguments[0].0);
+                let root = self.scalar.call(Function::Sqrt, &[x]);
+                let whole = twice.unsigned_abs() / 2;
+                let power = self.scalar.product(&[(x, whole), (root, 1)]);
+                if twice < 0 { self.scalar.recip(power) } else { power }
+            }
             Node::Call(function, arguments) => {
                 let arguments: Vec<Id> = arguments.iter().map(|x| self.id(x.0)).collect();
                 self.scalar.call(*function, &arguments)
@@ -259,6 +277,7 @@ impl Lowering {
                 let (condition, x, y) = (self.id(condition.0), self.id(x.0), self.id(y.0));
                 self.scalar.select(condition, x, y)
             }
+            Node::Offset(x, number) => self.scalar.offset(self.id(x.0), number.clone()),
             Node::Let(x) => self.id(x.0),
             Node::Known(value) => self.scalar.known(*value),
             Node::Compare(comparison, x, y) => {
@@ -650,6 +669,12 @@ enum Way {
 
 fn transposed(dense: Dense) -> Dense {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| dense[j][i]))
+}
+
+/// Twice a number that lies halfway between whole ones and is not large.
+fn half_integer(g: &crate::vector::Graph, x: Real) -> Option<i32> {
+    let twice = g.value(x).map(|value| value + value)?.to_i64()?;
+    (twice % 2 != 0 && twice.abs() <= 64).then_some(twice as i32)
 }
 
 /// A real as a linear combination of reals.

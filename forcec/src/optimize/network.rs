@@ -408,6 +408,10 @@ impl Network {
                 Value::Leaf(id) => match self.source.graph.node(*id) {
                     Node::Input(slot) => graph.input(*slot),
                     Node::Difference(first, second) => graph.difference(*first, *second),
+                    Node::Offset(slot, number) => {
+                        let entry = graph.input(*slot);
+                        graph.offset(entry, number.clone())
+                    }
                     Node::Known(value) => graph.known(*value),
                     node => unreachable!("{node:?} is no leaf"),
                 },
@@ -476,6 +480,7 @@ fn shape(node: &Node) -> Node {
     let none = Id(0);
     match node {
         Node::Recip(_) => Node::Recip(none),
+        Node::Held(_) => Node::Held(none),
         Node::Call(function, _) => Node::Call(*function, [].into()),
         Node::Select(..) => Node::Select(none, none, none),
         Node::Compare(comparison, ..) => Node::Compare(*comparison, none, none),
@@ -490,6 +495,7 @@ fn shape(node: &Node) -> Node {
 fn rebuild(graph: &mut Graph, node: &Node, operands: &[Id]) -> Id {
     match (node, operands) {
         (Node::Recip(_), &[x]) => graph.recip(x),
+        (Node::Held(_), &[x]) => graph.held(x),
         (Node::Call(function, _), arguments) => graph.call(*function, arguments),
         (Node::Select(..), &[c, x, y]) => graph.select(c, x, y),
         (Node::Compare(comparison, ..), &[x, y]) => graph.compare(*comparison, x, y),
@@ -512,7 +518,8 @@ impl Reader<'_> {
                     flat.push((constant.clone(), vec![]));
                 }
                 for (coefficient, term) in terms {
-                    let parts = self.inline(*term, true);
+                    // A number that is no power of two would round every term of a sum, and they may cancel.
+                    let parts = self.inline(*term, coefficient.is_power_of_two());
                     if coefficient.is_one() && flat.is_empty() {
                         flat = parts;
                     } else {
@@ -547,7 +554,7 @@ impl Reader<'_> {
                 let parts = self.inline(*x, false);
                 parts.into_iter().map(|(c, atoms)| (coefficient * &c, atoms)).collect()
             }
-            Node::Input(_) | Node::Difference(..) | Node::Known(_) => {
+            Node::Input(_) | Node::Difference(..) | Node::Offset(..) | Node::Known(_) => {
                 let atom = self.network.define(Value::Leaf(id));
                 if let Some(name) = self.graph.name(id) {
                     self.network.names.insert(atom, name.to_owned());

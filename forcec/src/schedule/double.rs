@@ -32,7 +32,7 @@ impl std::ops::Neg for Edge {
 }
 
 impl Edge {
-    fn of(item: ItemId) -> Edge {
+    pub(super) fn of(item: ItemId) -> Edge {
         Edge { item, negative: false }
     }
 
@@ -51,6 +51,10 @@ impl Lowering<'_> {
                 let low = self.lost(first, -second, high);
                 Pair { high: Edge::of(high), low: Some(low) }
             }
+            Node::Offset(slot, number) => {
+                let pairs = [Edge::of(self.input(*slot)), self.number(number)];
+                self.sum_of(&pairs.map(|high| Pair { high, low: None }))
+            }
             Node::Sum(constant, terms) => {
                 let mut pairs: Vec<Pair> = terms.iter().map(|(c, x)| self.scaled_pair(c, *x)).collect();
                 if !constant.is_zero() {
@@ -65,6 +69,7 @@ impl Lowering<'_> {
                 rest.iter().fold(*first, |product, x| self.product_of(product, *x))
             }
             Node::Multiple(c, x) => self.scaled_pair(c, *x),
+            Node::Held(x) => self.pair(*x),
             Node::Recip(x) => {
                 let one = Pair { high: self.number(&Exact::ONE), low: None };
                 let x = self.pair(*x);

@@ -247,12 +247,23 @@ impl Lowering<'_> {
             {
                 return;
             }
+            Node::Held(x) => {
+                let item = self.edge(*x).item;
+                return self.place(id, item);
+            }
             Node::Recip(x) => return self.recip(id, *x),
             Node::Input(slot) => {
                 let input = self.input(*slot);
                 return self.place(id, input);
             }
             Node::Difference(first, second) => Item::Difference(self.input(*first), self.input(*second)),
+            Node::Offset(slot, number) => {
+                let (entry, number) = (Edge::of(self.input(*slot)), self.number(number));
+                match number.negative {
+                    true => Item::Difference(entry.item, number.item),
+                    false => Item::Sum(vec![entry, number]),
+                }
+            }
             Node::Sum(constant, terms) => {
                 let mut edges: Vec<Edge> = terms.iter().map(|(c, id)| self.multiple(c, *id)).collect();
                 if !constant.is_zero() {

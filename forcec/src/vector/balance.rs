@@ -209,6 +209,11 @@ impl Graph {
             let polynomial = match self.at(x) {
                 Node::Constant(value) => constant(value.clone()),
                 Node::Let(inner) => known[inner].clone(),
+                Node::Offset(entry, number) => {
+                    let mut sum = constant(number.clone());
+                    add(&mut sum, &known[entry], &Exact::ONE);
+                    sum
+                }
                 Node::Sum(number, terms) => {
                     let mut sum = constant(number.clone());
                     terms.iter().for_each(|(c, x)| add(&mut sum, &known[x], c));
@@ -242,7 +247,7 @@ impl Graph {
                 return None;
             }
             match self.at(x) {
-                Node::Let(inner) => open.push(*inner),
+                Node::Let(inner) | Node::Offset(inner, _) => open.push(*inner),
                 Node::Sum(_, terms) => open.extend(terms.iter().map(|(_, x)| *x)),
                 Node::Product(factors) if factors.iter().all(|(_, e)| (1..=3).contains(e)) => {
                     open.extend(factors.iter().map(|(x, _)| *x))

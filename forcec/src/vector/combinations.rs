@@ -1,8 +1,8 @@
 //! Combinations of few vectors with weights that no body moves: the columns of a deformation gradient F = E W.
 //!
-//! In: vectors. Out: for a triple product det(E W) = det E det W, for a sum of squares tr FᵀF = Σ (W Wᵀ)ₐᵦ eₐ·eᵦ, so that
-//! both are differentiated along the edges and not through every column. Promise: only what is weighted is multiplied
-//! out. A weight rounds its term anyway, so that nothing is lost which was exact.
+//! In: vectors. Out: a triple product of them as det(E W) = det E det W, which is differentiated along the edges and not
+//! through every column. Promise: nothing cancels in the product that did not cancel in its factors. A sum of squares
+//! tr FᵀF is not multiplied out into Σ (W Wᵀ)ₐᵦ eₐ·eᵦ: on a sliver these terms exceed their sum by the square of its aspect.
 
 use super::{Graph, Node, Real, Vector};
 use crate::exact::Exact;
@@ -38,51 +38,6 @@ impl Graph {
         let cross = self.cross(y, z);
         let volume = self.dot(x, cross);
         Some(self.mul(weight, volume))
-    }
-
-    /// The terms of a sum, the products of weighted combinations among them multiplied out into products of the vectors
-    /// they combine, if there are as many as those vectors: the weights then meet in one matrix.
-    pub(super) fn gather_products(&mut self, terms: Vec<(Exact, Real)>) -> Vec<(Exact, Real)> {
-        let is_product = |(_, term): &(Exact, Real)| matches!(self.at(*term), Node::Dot(..));
-        if terms.iter().filter(|term| is_product(term)).nth(1).is_none() {
-            return terms;
-        }
-        let mut rest = Vec::new();
-        let mut products = Vec::new();
-        for (c, term) in &terms {
-            let Node::Dot(u, v) = *self.at(*term) else {
-                rest.push((c.clone(), *term));
-                continue;
-            };
-            match (self.combination(u), self.combination(v)) {
-                (Some(left), Some(right)) if left.len() > 1 && right.len() > 1 => {
-                    products.push((c, left, right))
-                }
-                _ => rest.push((c.clone(), *term)),
-            }
-        }
-        let columns: Vec<Combination> =
-            products.iter().flat_map(|(_, left, right)| [left.clone(), right.clone()]).collect();
-        match span(&columns) {
-            Some(basis) if basis.len() <= products.len() => {}
-            _ => return terms,
-        }
-        let mut weights: BTreeMap<(Vector, Vector), Vec<(Exact, Real)>> = BTreeMap::new();
-        for (c, left, right) in products {
-            for &x in left.keys() {
-                for &y in right.keys() {
-                    let (first, second) = (self.weight(&left, x), self.weight(&right, y));
-                    let weight = self.mul(first, second);
-                    weights.entry((x.min(y), x.max(y))).or_default().push((c.clone(), weight));
-                }
-            }
-        }
-        for ((x, y), weight) in weights {
-            let weight = self.sum(Exact::ZERO, weight);
-            let dot = self.dot(x, y);
-            rest.push((Exact::ONE, self.mul(weight, dot)));
-        }
-        rest
     }
 
     /// A vector as a combination of vectors with fixed weights, none of which is a number; lets are looked through.

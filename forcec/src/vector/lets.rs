@@ -38,7 +38,8 @@ impl Graph {
         }
         let is_point = |(_, v): &(Exact, Vector)| self.point(*v).is_some();
         let has_point = matches!(self.vector_at(rest), Node::VectorSum(terms) if terms.iter().any(is_point));
-        if has_point || self.holds_position(rest) {
+        let is_offset = matches!(*self.vector_at(rest), Node::VectorOffset(v, _) if self.point(v).is_some());
+        if has_point || is_offset || self.holds_position(rest) {
             // A point in the world: open for the same reason as in `holds_point`.
             self.names.entry(rest.0).or_insert_with(|| name_of_multiple(name, &coefficient));
             return value;

@@ -95,6 +95,8 @@ pub enum Node {
     Call(Function, Box<[Real]>),
     /// if the condition holds the first, else the second
     Select(Truth, Real, Real),
+    /// entry + number, pinned: an entry of an argument, and a number that is not zero.
+    Offset(Real, Exact),
     /// An intermediate that the author named, or that derivation keeps: opaque to simplification.
     Let(Real),
 
@@ -102,6 +104,8 @@ pub enum Node {
     Triple(Slot),
     /// The pinned difference of two points, first − second: no pass may regroup across it.
     Difference(Slot, Slot),
+    /// triple + numbers, pinned: a point and a place that the text names.
+    VectorOffset(Vector, Box<[Exact; 3]>),
     /// Σ coefficient · vector; empty is the zero vector
     VectorSum(Box<[(Exact, Vector)]>),
     /// s v
@@ -147,12 +151,14 @@ impl Node {
             Node::Sum(_, terms) => terms.iter().map(|(_, x)| x.0).collect(),
             Node::Product(factors) => factors.iter().map(|(x, _)| x.0).collect(),
             Node::Dot(u, v) | Node::Cross(u, v) => smallvec![u.0, v.0],
-            Node::Component(v, _) | Node::Norm(v) | Node::Rotate(_, _, v) | Node::VectorLet(v) => {
-                smallvec![v.0]
-            }
+            Node::Component(v, _)
+            | Node::Norm(v)
+            | Node::Rotate(_, _, v)
+            | Node::VectorOffset(v, _)
+            | Node::VectorLet(v) => smallvec![v.0],
             Node::Call(_, arguments) => arguments.iter().map(|x| x.0).collect(),
             Node::Select(c, x, y) => smallvec![c.0, x.0, y.0],
-            Node::Let(x) => smallvec![x.0],
+            Node::Let(x) | Node::Offset(x, _) => smallvec![x.0],
             Node::VectorSum(terms) => terms.iter().map(|(_, v)| v.0).collect(),
             Node::Scale(s, v) => smallvec![s.0, v.0],
             Node::Pack(entries) => entries.iter().map(|x| x.0).collect(),

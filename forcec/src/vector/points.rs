@@ -22,10 +22,107 @@ impl Graph {
         }
     }
 
+    /// Whether a real is an entry of an argument, as it is stored.
+    pub(super) fn is_entry(&self, x: Real) -> bool {
+        match *self.at(x) {
+            Node::Entry(_) => true,
+            Node::Component(v, _) => matches!(self.vector_at(v), Node::Triple(_)),
+            _ => false,
+        }
+    }
+
+    /// The axis and the point of which a real is an entry, if need be with a number added.
+    fn entry_of_point(&self, x: Real) -> Option<(u8, Slot)> {
+        match *self.at(x) {
+            Node::Offset(entry, _) => self.entry_of_point(entry),
+            Node::Component(v, axis) => self.point(v).map(|slot| (axis, slot)),
+            _ => None,
+        }
+    }
+
+    /// Points with numbers added as points and numbers, where the sum has another point to subtract first.
+    pub(super) fn open_offsets(
+        &self,
+        terms: Vec<(Exact, Real)>,
+        constant: &mut Exact,
+    ) -> Vec<(Exact, Real)> {
+        let meets = |(c, x): &(Exact, Real)| {
+            let Some((axis, slot)) = self.entry_of_point(*x) else { return false };
+            terms.iter().any(|(d, y)| {
+                let other = self.entry_of_point(*y);
+                c.is_negative() != d.is_negative()
+                    && other.is_some_and(|(own, point)| own == axis && point != slot)
+            })
+        };
+        if terms.len() < 2 || !terms.iter().any(meets) {
+            return terms;
+        }
+        let open = |(c, x): &(Exact, Real)| match self.at(*x) {
+            Node::Offset(entry, number) if meets(&(c.clone(), *x)) => {
+                *constant = &*constant + &(c * number);
+                (c.clone(), *entry)
+            }
+            _ => (c.clone(), *x),
+        };
+        collect(terms.iter().map(open).collect())
+    }
+
+    /// The same for vectors.
+    pub(super) fn open_vector_offsets(&mut self, terms: Vec<(Exact, Vector)>) -> Vec<(Exact, Vector)> {
+        let point = |graph: &Graph, v: Vector| match *graph.vector_at(v) {
+            Node::VectorOffset(inner, _) => graph.point(inner),
+            _ => graph.point(v),
+        };
+        let meets = |graph: &Graph, (c, v): &(Exact, Vector)| {
+            let Some(slot) = point(graph, *v) else { return false };
+            let opposite = |(d, w): &(Exact, Vector)| {
+                c.is_negative() != d.is_negative() && point(graph, *w).is_some_and(|other| other != slot)
+            };
+            terms.iter().any(opposite)
+        };
+        if terms.len() < 2 || !terms.iter().any(|term| meets(self, term)) {
+            return terms;
+        }
+        let mut open = Vec::new();
+        for (c, v) in &terms {
+            match self.vector_at(*v).clone() {
+                Node::VectorOffset(inner, numbers) if meets(self, &(c.clone(), *v)) => {
+                    open.push((c.clone(), inner));
+                    let place = numbers.map(|number| self.constant(number));
+                    open.push((c.clone(), self.pack(place)));
+                }
+                _ => open.push((c.clone(), *v)),
+            }
+        }
+        collect(open)
+    }
+
+    /// The numbers a vector is packed of, if it is packed of numbers alone.
+    pub(super) fn place(&self, v: Vector) -> Option<[&Exact; 3]> {
+        let Node::Pack([x, y, z]) = *self.vector_at(v) else { return None };
+        Some([self.value(x)?, self.value(y)?, self.value(z)?])
+    }
+
+    /// A point and a place as one pinned vector, if a sum is that.
+    pub(super) fn pin_place(&mut self, terms: &[(Exact, Vector)]) -> Option<Vector> {
+        let [first, second] = terms else { return None };
+        for ((c, v), (d, place)) in [(first, second), (second, first)] {
+            let is_triple = matches!(self.vector_at(*v), Node::Triple(_));
+            if let Some(numbers) = self.place(*place).filter(|_| is_triple && c.is_power_of_two()) {
+                let factor = d * &c.recip();
+                let numbers = numbers.map(|number| number * &factor);
+                let pinned = self.vector(Node::VectorOffset(*v, Box::new(numbers)));
+                return Some(self.vector_sum(vec![(c.clone(), pinned)]));
+            }
+        }
+        None
+    }
+
     /// Whether a sum has an entry of a point, or the length of a position along something, as a term. Such a sum is named
     /// but stays open, so that the difference of two of them becomes a difference of the points.
     pub(super) fn holds_point(&self, sum: Real) -> bool {
         match self.at(sum) {
+            Node::Offset(entry, _) => self.entry_of_point(*entry).is_some(),
             Node::Sum(_, terms) => terms.iter().any(|(_, term)| match *self.at(*term) {
                 Node::Component(v, _) => self.point(v).is_some(),
                 _ => self.measured(*term).is_some(),

@@ -13,6 +13,13 @@ use std::collections::BTreeMap;
 /// A product of more factors is a factor itself where it is multiplied: the derivative of a chain stays linear.
 const LONGEST_PRODUCT: usize = 8;
 
+/// Whether a power of a number is of no concern for the range of any precision.
+fn is_moderate(c: &Exact, exponent: i32) -> bool {
+    const LEAST: f64 = 1.0 / (1 << 20) as f64;
+    let power = c.to_f64().abs().powi(exponent);
+    c.is_unit() || (LEAST..=1.0 / LEAST).contains(&power)
+}
+
 /// Beyond this many bits a power of a number is left to the kernel.
 const CONSTANT_BITS: usize = 4096;
 
@@ -73,22 +80,37 @@ impl Graph {
         for (coefficient, term) in terms {
             match self.at(term) {
                 Node::Constant(value) => constant = &constant + &(&coefficient * value),
-                Node::Sum(inner, terms) if terms.len() <= LONGEST_SUM => {
+                Node::Sum(inner, terms)
+                    if terms.len() <= LONGEST_SUM && self.distributes(&coefficient, term) =>
+                {
                     constant = &constant + &(&coefficient * inner);
                     flat.extend(terms.iter().map(|(c, t)| (&coefficient * c, *t)));
                 }
                 _ => flat.push((coefficient, term)),
             }
         }
-        let flat = collect(flat);
+        let flat = self.open_offsets(collect(flat), &mut constant);
         let flat = self.balance_products(flat);
         let flat = self.pin_components(flat);
-        let flat = self.gather_products(flat);
         match (constant.is_zero(), flat.as_slice()) {
             (_, []) => self.constant(constant),
             (true, [(c, term)]) if c.is_one() => *term,
+            (false, [(c, term)]) if c.is_power_of_two() && self.is_entry(*term) => {
+                let (c, offset) = (c.clone(), &constant * &c.recip());
+                let pinned = self.real(Node::Offset(*term, offset));
+                self.scaled(c, pinned)
+            }
             _ => self.real(Node::Sum(constant, flat.into())),
         }
+    }
+
+    /// Whether a multiple of a sum is the sum of multiples without a rounding more. What a power of two multiplies keeps
+    /// its digits; any other number rounds each term, and where the terms cancel that is all that is left. Positions are
+    /// taken apart all the same, for they are subtracted from each other first.
+    fn distributes(&self, coefficient: &Exact, sum: Real) -> bool {
+        let Node::Sum(constant, terms) = self.at(sum) else { return false };
+        let is_multiple = terms.len() == 1 && constant.is_zero();
+        is_multiple || coefficient.is_power_of_two() || constant.is_zero() && self.holds_point(sum)
     }
 
     /// x + y
@@ -124,18 +146,23 @@ impl Graph {
                 continue;
             }
             let (c, rest) = self.split(factor);
+            let number = self.value(rest).is_some();
             let c = self.value(rest).map_or(c.clone(), |value| &c * value);
+            let large = exponent.unsigned_abs() > 1 && !number && !c.is_unit() && !is_moderate(&c, exponent);
             if c.is_zero() && exponent < 0
                 || c.bits().saturating_mul(exponent.unsigned_abs() as usize) > CONSTANT_BITS
+                || large
             {
-                // A division by a literal zero, or a power too long to hold: left to IEEE arithmetic.
+                // A division by a literal zero, or a power too long to hold: left to IEEE arithmetic. The power of a
+                // number may leave the range where that of its product does not.
                 *powers.entry(factor).or_default() += i64::from(exponent);
                 continue;
             }
             coefficient = &coefficient * &c.powi(exponent);
             match self.at(rest) {
                 Node::Constant(_) => {}
-                Node::Product(inner) if inner.len() <= LONGEST_PRODUCT => {
+                // (s/r)ⁿ stays one: sⁿ and r⁻ⁿ may leave the range where their product does not.
+                Node::Product(inner) if inner.len() <= LONGEST_PRODUCT && exponent.abs() == 1 => {
                     let inner = inner.clone();
                     for (f, e) in inner {
                         *powers.entry(f).or_default() += i64::from(e) * i64::from(exponent);
@@ -147,10 +174,11 @@ impl Graph {
         if coefficient.is_zero() {
             return self.zero();
         }
+        self.join_bases(&mut powers, &mut coefficient);
         self.join_hyperbolic(&mut powers);
         let roots: Vec<Real> = powers.iter().filter(|(_, e)| e.abs() >= 2).map(|(f, _)| *f).collect();
         for root in roots {
-            let radicand = match *self.at(root) {
+            let radicand = match *self.rooted(root, powers[&root]) {
                 Node::Call(Function::Sqrt, ref arguments) => arguments[0],
                 Node::Norm(v) => self.dot(v, v),
                 _ => continue,
@@ -180,6 +208,36 @@ impl Graph {
             _ => self.real(Node::Product(factors.into())),
         };
         self.scaled(coefficient, product)
+    }
+
+    /// What a factor is: of a name whose square is wanted, what it is the name of, so that |v|² is v·v behind it too.
+    fn rooted(&self, factor: Real, exponent: i64) -> &Node {
+        match *self.at(factor) {
+            Node::Let(inner) if exponent > 0 => self.at(inner),
+            _ => self.at(factor),
+        }
+    }
+
+    /// q⁵ s r⁻² = q⁶ r⁻¹ for a base q = s r⁻¹: what a power of a product is differentiated to does not take it apart.
+    fn join_bases(&self, powers: &mut BTreeMap<Real, i64>, coefficient: &mut Exact) {
+        let bases: Vec<Real> = powers.iter().filter(|(_, e)| **e != 0).map(|(f, _)| *f).collect();
+        for base in bases {
+            let (c, rest) = self.split(base);
+            let held = if let Node::Let(held) = *self.at(rest) { held } else { rest };
+            let Node::Product(inner) = self.at(held) else { continue };
+            let times = |(f, e): &(Real, i32)| {
+                let held = powers.get(f).copied().unwrap_or(0);
+                if (held > 0) == (*e > 0) { held / i64::from(*e) } else { 0 }
+            };
+            let count = inner.iter().map(times).min().unwrap_or(0);
+            let short = |n: &i32| *n > 0 && c.bits().saturating_mul(*n as usize) <= CONSTANT_BITS;
+            let Some(size) = i32::try_from(count).ok().filter(short) else { continue };
+            *coefficient = &*coefficient * &c.powi(-size);
+            for (f, e) in inner {
+                *powers.get_mut(f).expect("counted above") -= count * i64::from(*e);
+            }
+            *powers.get_mut(&base).expect("a base is a factor") += count;
+        }
     }
 
     /// sinh x / cosh x = tanh x: what derivatives of tanh are made of must not be ∞ · 0 where x is large.

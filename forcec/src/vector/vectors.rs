@@ -78,6 +78,10 @@ impl Graph {
                 let entry = self.component(v, axis);
                 self.mul(s, entry)
             }
+            Node::VectorOffset(v, numbers) => {
+                let entry = self.component(v, axis);
+                self.sum(numbers[usize::from(axis)].clone(), vec![(Exact::ONE, entry)])
+            }
             _ => self.real(Node::Component(v, axis)),
         }
     }
@@ -98,20 +102,35 @@ impl Graph {
         let mut flat: Vec<(Exact, Vector)> = Vec::new();
         for (coefficient, term) in terms {
             match self.vector_at(term) {
-                Node::VectorSum(inner) if inner.len() <= LONGEST_SUM => {
+                Node::VectorSum(inner)
+                    if inner.len() <= LONGEST_SUM && self.distributes_vector(&coefficient, term) =>
+                {
                     flat.extend(inner.iter().map(|(c, v)| (&coefficient * c, *v)))
                 }
                 _ => flat.push((coefficient, term)),
             }
         }
-        let flat = collect(flat);
+        let flat = self.open_vector_offsets(collect(flat));
         let flat = self.merge_scales(flat);
         let flat = self.balance(flat);
         let flat = self.pin(flat);
+        if let Some(pinned) = self.pin_place(&flat) {
+            return pinned;
+        }
         match flat.as_slice() {
             [(c, v)] if c.is_one() => *v,
             _ => self.vector(Node::VectorSum(flat.into())),
         }
+    }
+
+    /// Whether a multiple of a sum is the sum of multiples without a rounding more, as for reals.
+    fn distributes_vector(&self, coefficient: &Exact, sum: Vector) -> bool {
+        let Node::VectorSum(terms) = self.vector_at(sum) else { return false };
+        let is_point = |(_, v): &(Exact, Vector)| self.point(*v).is_some();
+        terms.len() <= 1
+            || coefficient.is_power_of_two()
+            || terms.iter().any(is_point)
+            || self.holds_position(sum)
     }
 
     /// s v + t v = (s + t) v

@@ -135,7 +135,8 @@ impl<'g, N: Number> Source<'g, N> {
             let direct = slots(node).into_iter().map(|slot| field_bit(layout, slot));
             let depends = through.chain(direct).fold(0, |all, fields| all | fields);
             let numbers = match node {
-                Node::Constant(value) => vec![N::exact(value)],
+                Node::Constant(value) | Node::Offset(_, value) => vec![N::exact(value)],
+                Node::VectorOffset(_, numbers) => numbers.iter().map(N::exact).collect(),
                 Node::Sum(constant, terms) => {
                     std::iter::once(constant).chain(terms.iter().map(|(c, _)| c)).map(N::exact).collect()
                 }
@@ -385,8 +386,13 @@ impl<'g, N: Number> Source<'g, N> {
             }
             Node::Select(c, x, y) => Value::Real(if truth!(c) { real!(x) } else { real!(y) }),
             Node::Let(x) => Value::Real(real!(x)),
+            Node::Offset(x, _) => Value::Real(real!(x) + step.numbers[0].clone()),
             Node::Triple(slot) => Value::Vector(triple(slot)),
             Node::Difference(first, second) => Value::Vector(subtract(triple(first), triple(second))),
+            Node::VectorOffset(v, _) => {
+                let v = vector!(v);
+                Value::Vector([0, 1, 2].map(|k| v[k].clone() + step.numbers[k].clone()))
+            }
             Node::VectorSum(terms) => {
                 let mut sum: Option<[N; 3]> = None;
                 for ((c, v), number) in terms.iter().zip(&step.numbers) {

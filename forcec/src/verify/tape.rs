@@ -140,6 +140,8 @@ enum Operation {
     Constant(Coefficient),
     Input(usize),
     Difference(usize, usize),
+    /// An input and a number.
+    Offset(usize, Coefficient),
     Sum(Coefficient, Vec<(Coefficient, usize)>),
     Product(Vec<(usize, u32)>),
     Recip(usize),
@@ -198,6 +200,7 @@ impl Tape {
                 Node::Constant(value) => Operation::Constant(Coefficient::new(value)),
                 Node::Input(slot) => Operation::Input(layout.place(*slot)),
                 Node::Difference(a, b) => Operation::Difference(layout.place(*a), layout.place(*b)),
+                Node::Offset(a, number) => Operation::Offset(layout.place(*a), Coefficient::new(number)),
                 Node::Sum(constant, terms) => Operation::Sum(
                     Coefficient::new(constant),
                     terms.iter().map(|(c, x)| (Coefficient::new(c), at(x))).collect(),
@@ -208,6 +211,7 @@ impl Tape {
                 Node::Multiple(c, x) => {
                     Operation::Sum(Coefficient::new(&Exact::ZERO), vec![(Coefficient::new(c), at(x))])
                 }
+                Node::Held(x) => Operation::Product(vec![(at(x), 1)]),
                 Node::Recip(x) => Operation::Recip(at(x)),
                 Node::Call(function, x) => {
                     tape.partials.entry(*function).or_insert_with(|| Partials::new(*function));
@@ -239,6 +243,7 @@ impl Tape {
                 Operation::Constant(c) => c.value,
                 Operation::Input(at) => inputs[*at],
                 Operation::Difference(a, b) => inputs[*a] - inputs[*b],
+                Operation::Offset(at, number) => inputs[*at] + number.value,
                 Operation::Sum(constant, terms) => {
                     terms.iter().fold(constant.value, |sum, (c, x)| sum + c.value * v[*x])
                 }
@@ -308,6 +313,11 @@ impl Tape {
                 let value = inputs[*a] - inputs[*b];
                 Bounded { value, error: errors[*a] + errors[*b] + UNIT * value.abs() }
             }
+            Operation::Offset(at, number) => {
+                let value = inputs[*at] + number.value;
+                let error = errors[*at] + number.inexact * number.value.abs() + UNIT * value.abs();
+                Bounded { value, error }
+            }
             Operation::Sum(constant, terms) => sum(constant, terms, v),
             Operation::Product(factors) => {
                 let mut product: Option<Bounded> = None;
@@ -375,6 +385,10 @@ fn doubled_precision(
         Operation::Difference(a, b) => Pair::sum(&[
             Pair::new(Bounded { value: inputs[*a], error: errors[*a] }),
             Pair::new(Bounded { value: -inputs[*b], error: errors[*b] }),
+        ]),
+        Operation::Offset(at, number) => Pair::sum(&[
+            Pair::new(Bounded { value: inputs[*at], error: errors[*at] }),
+            number.rounded(),
         ]),
         Operation::Sum(constant, terms) => {
             let scaled = |(c, x): &(Coefficient, usize)| {
