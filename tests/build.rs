@@ -1,6 +1,8 @@
 //! Writes what `tests/originals.rs` includes: a table of the library's functions and kernels, called with flat lists of
 //! reals; and the functions of some files once more, as they stand, over dual numbers.
 //!
+//! Random functions join them, as texts and as Rust.
+//!
 //! The text of a function is changed in two ways only, which Rust's types ask for: a literal becomes a dual number, and
 //! `a * b` becomes `times(a, b)`, as nalgebra multiplies nothing but its own reals from the left.
 
@@ -11,6 +13,12 @@ use syn::visit_mut::{VisitMut, visit_expr_mut};
 
 /// The files whose functions are differentiated by dual numbers.
 const DIFFERENTIATED: [&str; 3] = ["joints", "solids", "springs"];
+
+#[path = "random.rs"]
+mod random;
+
+/// How many random functions there are.
+const RANDOM: u64 = 200;
 
 const KINDS: [&str; 3] = ["constraint", "energy", "force"];
 
@@ -42,7 +50,20 @@ fn main() {
             });
         }
     }
+    println!("cargo::rerun-if-changed=random.rs");
+    let texts: Vec<String> = (0..RANDOM).map(random::function).collect();
+    let functions: Vec<syn::ItemFn> = texts.iter().map(|text| syn::parse_str(text).expect("Rust")).collect();
+    let names = functions.iter().map(|function| &function.sig.ident);
+    let values = names.map(|name| {
+        quote!(|x: &mut plain::Flat<'_>| {
+            plain::flat(random::#name(x.take(), x.take(), x.take(), x.take(), x.take(), x.take()))
+        })
+    });
+    let functions = functions.iter().map(|function| syn::ItemFn { attrs: Vec::new(), ..function.clone() });
     let text = quote! {
+        fn randoms() -> Vec<Random> { vec![#(Random { text: #texts, value: #values }),*] }
+        #[allow(clippy::all, unused_parens, unused_variables, reason = "the functions are drawn at random")]
+        mod random { use forcec_runtime::prelude::*; #(#functions)* }
         fn library() -> Vec<Original> { vec![#(#rows),*] }
         fn duals() -> Vec<Differentiated> { vec![#(#duals),*] }
         #(#modules)*

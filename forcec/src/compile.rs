@@ -237,7 +237,9 @@ fn extras(
 fn stages(file: &syntax::ast::File, definition: Definition, request: Request) -> Stages {
     let started = Instant::now();
     let plan = request.plan;
-    let optimized = optimize(|formulation| derive(&definition, request.parts(), formulation), plan);
+    let source = check::elaborate(file, &definition.name, &request.known);
+    let derive = |formulation| derive(&definition, request.parts(), formulation);
+    let optimized = optimize(derive, plan, Some(&source));
     let style = Style {
         strict: plan.mode == Mode::Strict,
         fma: plan.fma,
@@ -267,7 +269,6 @@ fn stages(file: &syntax::ast::File, definition: Definition, request: Request) ->
         lanes: request.lanes,
         preparation,
     };
-    let source = check::elaborate(file, &definition.name, &request.known);
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
     let Optimized { program, formulation, report } = optimized;
     Stages { ast, definition, source, program, formulation, report, kernel, time }

@@ -6,7 +6,7 @@
 use crate::bodies::Slot;
 use crate::number::Number;
 use crate::outputs::{self, Array, Part};
-use crate::scalar::{Id, Node, Program};
+use crate::scalar::{Id, Node, Operator, Program};
 
 /// The outputs of a kernel, in the order they are stored.
 #[derive(Clone, PartialEq, Debug)]
@@ -94,6 +94,12 @@ fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N
         }
         Node::Multiple(c, x) => N::exact(c) * real(x),
         Node::Held(x) => real(x),
+        Node::Written(operator, x, y) => match operator {
+            Operator::Add => real(x) + real(y),
+            Operator::Subtract => real(x) - real(y),
+            Operator::Multiply => real(x) * real(y),
+            Operator::Divide => real(x) / real(y),
+        },
         Node::Recip(x) => N::exact(&crate::exact::Exact::ONE) / real(x),
         Node::Call(function, arguments) => {
             N::call(*function, &arguments.iter().map(real).collect::<Vec<_>>())

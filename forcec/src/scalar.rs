@@ -39,6 +39,19 @@ impl fmt::Debug for Id {
     }
 }
 
+/// What stands between two operands in a text.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Operator {
+    /// x + y
+    Add,
+    /// x − y
+    Subtract,
+    /// x y
+    Multiply,
+    /// x / y
+    Divide,
+}
+
 /// One node; conditions live in the same arena.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Node {
@@ -58,6 +71,8 @@ pub enum Node {
     Multiple(Exact, Id),
     /// x, kept as a value of its own: no pass takes apart what it is made of.
     Held(Id),
+    /// x op y as the text has it: nothing regroups it, and no number is folded.
+    Written(Operator, Id, Id),
     /// 1/x
     Recip(Id),
     /// A row of the function table.
@@ -90,7 +105,9 @@ impl Node {
             Node::Multiple(_, x) | Node::Held(x) | Node::Recip(x) | Node::Not(x) => smallvec![*x],
             Node::Call(_, arguments) => arguments.iter().copied().collect(),
             Node::Select(c, x, y) => smallvec![*c, *x, *y],
-            Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => smallvec![*x, *y],
+            Node::Written(_, x, y) | Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => {
+                smallvec![*x, *y]
+            }
         }
     }
 
@@ -189,6 +206,7 @@ impl Graph {
             }
             Node::Multiple(c, x) => self.held_multiple(c, at(x)),
             Node::Held(x) => self.held(at(x)),
+            Node::Written(operator, x, y) => self.written(*operator, at(x), at(y)),
             Node::Recip(x) => self.recip(at(x)),
             Node::Call(function, arguments) => {
                 let arguments: Vec<Id> = arguments.iter().map(at).collect();
@@ -287,6 +305,28 @@ impl Graph {
         }
         let held = self.intern(Node::Multiple(size, rest));
         if coefficient.is_negative() { self.neg(held) } else { held }
+    }
+
+    /// x op y as the text has it. Signs move outward, which rounds nothing.
+    pub fn written(&mut self, operator: Operator, x: Id, y: Id) -> Id {
+        let sign = |graph: &mut Graph, id: Id| match graph.split(id) {
+            (c, rest) if c.is_unit() && c.is_negative() => (true, rest),
+            _ => match graph.value(id).cloned() {
+                Some(value) if value.is_negative() => (true, graph.constant(value.abs())),
+                _ => (false, id),
+            },
+        };
+        let ((x_negative, x), (y_negative, y)) = (sign(self, x), sign(self, y));
+        let (operator, negative) = match (operator, x_negative, y_negative) {
+            (Operator::Add, false, true) => (Operator::Subtract, false),
+            (Operator::Add, true, false) => (Operator::Subtract, true),
+            (Operator::Subtract, false, true) => (Operator::Add, false),
+            (Operator::Subtract, true, false) => (Operator::Add, true),
+            (Operator::Add | Operator::Subtract, ..) => (operator, x_negative),
+            (Operator::Multiply | Operator::Divide, ..) => (operator, x_negative != y_negative),
+        };
+        let written = self.intern(Node::Written(operator, x, y));
+        if negative { self.neg(written) } else { written }
     }
 
     /// A product as a value that no pass takes apart; what is no product needs no holding.
@@ -520,6 +560,9 @@ impl Graph {
                 Cost::Call => cost.call = 1,
             },
             Node::Select(..) | Node::Compare(..) => cost.call = 1,
+            Node::Written(Operator::Add | Operator::Subtract, ..) => cost.add = 1,
+            Node::Written(Operator::Multiply, ..) => cost.mul = 1,
+            Node::Written(Operator::Divide, ..) => cost.div = 1,
             Node::Held(_) | Node::And(..) | Node::Or(..) | Node::Not(_) => {}
         }
         cost

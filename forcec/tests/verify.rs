@@ -58,7 +58,7 @@ impl Sample {
     fn program(&self) -> Program {
         let definition = self.definition(Graph::new(self.signature()));
         let derive = |formulation| forcec::derive::derive(&definition, &Part::DEFAULT, formulation);
-        forcec::optimize::optimize(derive, forcec::Effort::Default.into()).program
+        forcec::optimize::optimize(derive, forcec::Effort::Default.into(), None).program
     }
 
     fn check(&self) -> Report {

@@ -151,7 +151,7 @@ fn constraints(source: &Source) -> Vec<String> {
 }
 
 /// The text of a file of the library.
-fn library_text(stem: &str) -> String {
+pub fn library_text(stem: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints").join(format!("{stem}.rs"));
     std::fs::read_to_string(&path).expect("the library can be read")
 }

@@ -3,10 +3,14 @@
 //! Their values equal what the compiler's front end says the function returns, in 320 bits; and dual numbers on the body of
 //! the function, C, E or F itself, give the kernel's ∂F/∂X. Neither shares code with the compiler.
 
-use forcec::compile::Stages;
+use forcec::compile::{Request, Stages, compile};
+use forcec::definition::Law;
+use forcec::outputs::Part;
+use forcec::plan::{Mode, Plan};
+use forcec::span::Source;
 use forcec::verify::probe::{Probe, returned};
 use forcec::verify::{Family, Subject};
-use forcec_tests::{library as compiled, parallel};
+use forcec_tests::{library as compiled, library_text, parallel};
 use std::collections::BTreeMap;
 
 /// States a function.
@@ -261,6 +265,71 @@ fn functions_return_what_the_front_end_says() {
     for (error, name) in found {
         assert!(error < 1e-11, "{name}: rustc and the front end are {error:e} apart");
     }
+}
+
+/// A random function: its text, and what rustc makes of it.
+struct Random {
+    text: &'static str,
+    value: fn(&mut plain::Flat<'_>) -> Vec<f64>,
+}
+
+/// The value of a function in mode `strict`: C, E or F.
+fn strict(force: bool) -> Request {
+    let plan = Plan { mode: Mode::Strict, ..Plan::default() };
+    let outputs = vec![if force { Part::Force } else { Part::Value }];
+    Request { outputs, ..Request::from(plan) }
+}
+
+/// The states at which a strict kernel and rustc differ in a bit: how many, of how many, and one of them.
+fn bits_apart(
+    function: &Stages,
+    value: fn(&mut plain::Flat<'_>) -> Vec<f64>,
+) -> (usize, usize, Option<(Vec<f64>, Vec<f64>)>) {
+    let subject = Subject { source: &function.source, program: &function.program };
+    let probe = Probe::new(&subject);
+    let (mut apart, mut compared, mut worst) = (0, 0, None);
+    for inputs in states(function) {
+        let kernel = function.kernel.evaluate(&|slot| probe.input(&inputs, slot)).expect("all is written");
+        let original = value(&mut plain::Flat(inputs.iter()));
+        if original.iter().all(|x| x.is_finite()) {
+            compared += 1;
+            // Adding zero makes −0 a 0: a sign is no digit.
+            let same = |x: &f64, y: &f64| (x + 0.0).to_bits() == (y + 0.0).to_bits();
+            if kernel.len() != original.len() || !kernel.iter().zip(&original).all(|(x, y)| same(x, y)) {
+                apart += 1;
+                worst = Some((kernel, original));
+            }
+        }
+    }
+    (apart, compared, worst)
+}
+
+#[test]
+fn strict_values_have_the_bits_of_the_text() {
+    let originals: BTreeMap<&str, Original> = library().into_iter().map(|o| (o.name, o)).collect();
+    let mut found = Vec::new();
+    for file in compiled() {
+        for function in &file.compiled.functions {
+            let name = function.definition.name.clone();
+            let force = matches!(function.definition.law, Law::Force(_));
+            let text = Source::new("library.rs", library_text(&file.stem));
+            let strict = compile(&text, &|own| own == name, strict(force)).expect("it compiles");
+            found.push((bits_apart(&strict.functions[0], originals[name.as_str()].value), name));
+        }
+    }
+    for random in randoms() {
+        let strict = compile(&Source::new("random.rs", random.text), &|_| true, strict(false));
+        let strict = strict.unwrap_or_else(|errors| panic!("{errors}"));
+        found.push((bits_apart(&strict.functions[0], random.value), random.text.to_owned()));
+    }
+    println!("{} functions", found.len());
+    let compared: usize = found.iter().map(|((_, compared, _), _)| compared).sum();
+    assert!(compared > found.len() * STATES / 2, "{compared} states");
+    let wrong: Vec<_> = found.iter().filter(|((apart, ..), _)| *apart > 0).collect();
+    for ((apart, compared, worst), name) in &wrong {
+        println!("{apart} of {compared} states of {name}: {worst:?}");
+    }
+    assert!(wrong.is_empty(), "{} functions differ", wrong.len());
 }
 
 /// ∂F/∂X by dual numbers on the function; `None` where it is not finite.

@@ -58,7 +58,7 @@ impl<'a> Model<'a> {
         let wanted = Part::in_order(wanted);
         // Lowered and no more: what is asked for are values, not how fast they come.
         let plan = Plan { mode: Mode::Strict, ..Plan::default() };
-        let program = optimize(|formulation| derive(definition, &wanted, formulation), plan).program;
+        let program = optimize(|formulation| derive(definition, &wanted, formulation), plan, None).program;
         let layout = Places::new(&program.signature);
         let outputs: Vec<Id> = program.outputs().collect();
         let tape = Tape::new(&program, &layout, &outputs);

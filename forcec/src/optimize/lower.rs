@@ -5,7 +5,9 @@
 //! makes fewer new operations; an attempt that loses is rolled back. Rotations use one polynomial, v + 2w (u×v) +
 //! 2u×(u×v) on the stored quaternion, as a matrix where it serves several arms.
 
+use super::written;
 use crate::bodies::Slot;
+use crate::definition::{Definition, Law};
 use crate::derive::lie::{Lie, Variable};
 use crate::derive::matrix::Matrix;
 use crate::derive::{Combination, Derived};
@@ -20,8 +22,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 type Dense = [[Id; 3]; 3];
 
-/// Lowers forces and derivatives; the program knows its residual if that is of interest.
-pub fn lower(derived: Derived, residual: bool) -> Program {
+/// Lowers forces and derivatives; the program knows its residual if that is of interest. Where the function is given as
+/// it was written, its values are computed so, and what else is made of them reads these.
+pub fn lower(derived: Derived, residual: bool, source: Option<&Definition>) -> Program {
     let signature = derived.lie.graph.signature.clone();
     let shared = shared_rotations(&derived);
     let mut lowering = Lowering {
@@ -33,6 +36,11 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
         ways: FxHashMap::default(),
         shared,
     };
+    let written = source.map(|source| written::rows(&mut lowering.scalar, source));
+    if let Some(written) = &written {
+        lowering.stand_in(&derived.rows, written);
+    }
+    let returned = written.filter(|_| source.is_some_and(|source| matches!(source.law, Law::Force(_))));
     let [forces, impulses] = &derived.pieces;
     let mirrored = derived.symmetric.then_some(forces);
     // The same where poses move in steps.
@@ -46,7 +54,10 @@ pub fn lower(derived: Derived, residual: bool) -> Program {
             Part::Rate => derived.rows.iter().map(|(_, rate)| lowering.real(*rate)).collect(),
             Part::Jacobian => lowering.jacobian(derived.rows.iter().map(|(c, _)| *c), &derived.pose),
             Part::Multiplier => derived.multipliers.iter().map(|(x, _)| lowering.real(*x)).collect(),
-            Part::Force => lowering.forces(&derived.forces),
+            Part::Force => match &returned {
+                Some(returned) => returned.clone(),
+                None => lowering.forces(&derived.forces),
+            },
             Part::Dfdx => lowering.blocks(&derived.forces, &derived.pose, mirrored),
             Part::Dfdv => lowering.blocks(&derived.forces, &derived.velocity, None),
             Part::Matrix => lowering.blocks(&derived.impulses, &derived.steps, stepped.as_ref()),
@@ -372,6 +383,28 @@ impl Lowering {
             matrix[j][i] = self.scalar.add(square[i][j], turn[k]);
         }
         matrix
+    }
+
+    /// The rows of C, or E, become values that are known already.
+    fn stand_in(&mut self, rows: &[(Real, Real)], values: &[Id]) {
+        let mut vectors: BTreeMap<u32, [Option<Id>; 3]> = BTreeMap::new();
+        for ((row, _), value) in rows.iter().zip(values) {
+            let (c, rest) = self.lie.graph.split(*row);
+            self.lowered.insert(row.0, Lowered::Real(*value));
+            if !c.is_unit() {
+                continue;
+            }
+            let value = self.scalar.scaled(c, *value);
+            self.lowered.insert(rest.0, Lowered::Real(value));
+            if let Node::Component(v, axis) = *self.lie.graph.node(rest.index()) {
+                vectors.entry(v.0).or_default()[usize::from(axis)] = Some(value);
+            }
+        }
+        for (v, entries) in vectors {
+            if let [Some(x), Some(y), Some(z)] = entries {
+                self.lowered.insert(v, Lowered::Vector([x, y, z]));
+            }
+        }
     }
 
     // ---- blocks

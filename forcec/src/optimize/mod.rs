@@ -13,7 +13,9 @@ mod reciprocals;
 mod residual;
 pub mod resubstitute;
 pub mod search;
+mod written;
 
+use crate::definition::Definition;
 use crate::derive::Derived;
 use crate::plan::{Mode, Plan};
 use crate::scalar::{Program, Step};
@@ -139,7 +141,7 @@ struct Candidate {
 
 impl Candidate {
     fn new(formulation: Formulation, derived: Derived, mode: Mode) -> Candidate {
-        let mut lowered = Rc::new(lower::lower(derived, mode == Mode::Accurate));
+        let mut lowered = Rc::new(lower::lower(derived, mode == Mode::Accurate, None));
         let mut network = Network::new(&lowered);
         let mut report =
             vec![Step { pass: LOWER, operations: lowered.operations(), distinct: network.distinct() }];
@@ -162,12 +164,17 @@ impl Candidate {
     }
 }
 
-/// Lowers and optimises what `derive` makes of a formulation. Mode `strict` leaves what was lowered as it is.
-pub fn optimize(derive: impl Fn(Formulation) -> Derived, plan: Plan) -> Optimized {
+/// Lowers and optimises what `derive` makes of a formulation. Mode `strict` leaves what was lowered as it is, and computes
+/// the values of the function as they are written in its source, if that is given.
+pub fn optimize(
+    derive: impl Fn(Formulation) -> Derived,
+    plan: Plan,
+    source: Option<&Definition>,
+) -> Optimized {
     let effort = plan.effort;
     if plan.mode == Mode::Strict {
         let formulation = FORMULATIONS[0];
-        let program = lower::lower(derive(formulation), false);
+        let program = lower::lower(derive(formulation), false, source);
         let distinct = Network::new(&Rc::new(program.clone())).distinct();
         let report = vec![Step { pass: LOWER, operations: program.operations(), distinct }];
         return Optimized { program, formulation, report };

@@ -481,6 +481,7 @@ fn shape(node: &Node) -> Node {
     match node {
         Node::Recip(_) => Node::Recip(none),
         Node::Held(_) => Node::Held(none),
+        Node::Written(operator, ..) => Node::Written(*operator, none, none),
         Node::Call(function, _) => Node::Call(*function, [].into()),
         Node::Select(..) => Node::Select(none, none, none),
         Node::Compare(comparison, ..) => Node::Compare(*comparison, none, none),
@@ -496,6 +497,7 @@ fn rebuild(graph: &mut Graph, node: &Node, operands: &[Id]) -> Id {
     match (node, operands) {
         (Node::Recip(_), &[x]) => graph.recip(x),
         (Node::Held(_), &[x]) => graph.held(x),
+        (Node::Written(operator, ..), &[x, y]) => graph.written(*operator, x, y),
         (Node::Call(function, _), arguments) => graph.call(*function, arguments),
         (Node::Select(..), &[c, x, y]) => graph.select(c, x, y),
         (Node::Compare(comparison, ..), &[x, y]) => graph.compare(*comparison, x, y),

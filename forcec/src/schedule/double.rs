@@ -9,7 +9,7 @@
 use super::lower::{Edge, Item, ItemId, Lowering};
 use crate::exact::Exact;
 use crate::ops::Function;
-use crate::scalar::{Id, Node};
+use crate::scalar::{Id, Node, Operator};
 
 /// high + low; without a low the high is all there is.
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +70,15 @@ impl Lowering<'_> {
             }
             Node::Multiple(c, x) => self.scaled_pair(c, *x),
             Node::Held(x) => self.pair(*x),
+            Node::Written(operator, x, y) => {
+                let (x, y) = (self.pair(*x), self.pair(*y));
+                match operator {
+                    Operator::Add => self.sum_of(&[x, y]),
+                    Operator::Subtract => self.sum_of(&[x, y.negative()]),
+                    Operator::Multiply => self.product_of(x, y),
+                    Operator::Divide => self.quotient_of(x, y),
+                }
+            }
             Node::Recip(x) => {
                 let one = Pair { high: self.number(&Exact::ONE), low: None };
                 let x = self.pair(*x);

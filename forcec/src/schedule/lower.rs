@@ -9,7 +9,7 @@ use crate::bodies::Slot;
 use crate::exact::Exact;
 use crate::ops::{Cost, Function};
 use crate::outputs::{Array, Output, Part};
-use crate::scalar::{Id, Node, Program};
+use crate::scalar::{Id, Node, Operator, Program};
 use crate::schedule::Style;
 use crate::schedule::double::Pair;
 use crate::vector::Comparison;
@@ -246,6 +246,15 @@ impl Lowering<'_> {
                     && self.program.graph.name(id).is_none() =>
             {
                 return;
+            }
+            Node::Written(operator, x, y) => {
+                let (x, y) = (self.edge(*x), self.edge(*y));
+                match operator {
+                    Operator::Add => Item::Sum(vec![x, y]),
+                    Operator::Subtract => Item::Sum(vec![x, -y]),
+                    Operator::Multiply => Item::Quotient(vec![x.item, y.item], vec![]),
+                    Operator::Divide => Item::Quotient(vec![x.item], vec![y.item]),
+                }
             }
             Node::Held(x) => {
                 let item = self.edge(*x).item;

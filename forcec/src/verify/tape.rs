@@ -9,7 +9,7 @@ use crate::bodies::{Domain, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
 use crate::ops::Function;
 use crate::places::Places;
-use crate::scalar::{Id, Node, Program};
+use crate::scalar::{Id, Node, Operator, Program};
 use crate::special;
 use crate::vector::{Comparison, Graph};
 use std::collections::BTreeMap;
@@ -145,6 +145,7 @@ enum Operation {
     Sum(Coefficient, Vec<(Coefficient, usize)>),
     Product(Vec<(usize, u32)>),
     Recip(usize),
+    Quotient(usize, usize),
     Call(Function, Vec<usize>),
     Select(usize, usize, usize),
     Known(bool),
@@ -152,6 +153,13 @@ enum Operation {
     And(usize, usize),
     Or(usize, usize),
     Not(usize),
+}
+
+impl Operation {
+    fn signed_sum(x: usize, sign: &Exact, y: usize) -> Operation {
+        let terms = vec![(Coefficient::new(&Exact::ONE), x), (Coefficient::new(sign), y)];
+        Operation::Sum(Coefficient::new(&Exact::ZERO), terms)
+    }
 }
 
 /// What a program gives in doubles.
@@ -212,6 +220,12 @@ impl Tape {
                     Operation::Sum(Coefficient::new(&Exact::ZERO), vec![(Coefficient::new(c), at(x))])
                 }
                 Node::Held(x) => Operation::Product(vec![(at(x), 1)]),
+                Node::Written(operator, x, y) => match operator {
+                    Operator::Add => Operation::signed_sum(at(x), &Exact::ONE, at(y)),
+                    Operator::Subtract => Operation::signed_sum(at(x), &-Exact::ONE, at(y)),
+                    Operator::Multiply => Operation::Product(vec![(at(x), 1), (at(y), 1)]),
+                    Operator::Divide => Operation::Quotient(at(x), at(y)),
+                },
                 Node::Recip(x) => Operation::Recip(at(x)),
                 Node::Call(function, x) => {
                     tape.partials.entry(*function).or_insert_with(|| Partials::new(*function));
@@ -251,6 +265,7 @@ impl Tape {
                     .iter()
                     .fold(1.0, |product, (x, n)| (0..*n).fold(product, |product, _| product * v[*x])),
                 Operation::Recip(x) => 1.0 / v[*x],
+                Operation::Quotient(x, y) => v[*x] / v[*y],
                 Operation::Call(function, x) => {
                     let x: Vec<f64> = x.iter().map(|x| v[*x]).collect();
                     let choice = match function {
@@ -327,6 +342,15 @@ impl Tape {
                     }
                 }
                 product.unwrap_or(Bounded { value: 1.0, error: 0.0 })
+            }
+            // (x + e)/(y + d) − x/y = (e − d x/y)/(y + d)
+            Operation::Quotient(x, y) => {
+                let (x, y) = (v[*x], v[*y]);
+                let value = x.value / y.value;
+                let least = y.value.abs() - y.error;
+                let through =
+                    if least > 0.0 { (x.error + y.error * value.abs()) / least } else { f64::INFINITY };
+                Bounded { value, error: through * 1.001 + UNIT * value.abs() + f64::MIN_POSITIVE }
             }
             Operation::Recip(x) => {
                 let (x, value) = (v[*x], 1.0 / v[*x].value);
@@ -408,6 +432,7 @@ fn doubled_precision(
             all.fold(first, Pair::product)
         }
         Operation::Recip(x) => at(x).recip(),
+        Operation::Quotient(x, y) => at(x).product(at(y).recip()),
         Operation::Call(_, x) => at(&x[0]).sqrt(),
         Operation::Select(c, x, y) => {
             let (condition, x, y) = (v[*c], at(x), at(y));
