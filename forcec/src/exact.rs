@@ -2,7 +2,12 @@
 //!
 //! In: decimal literals and small integers. Out: arithmetic without rounding, and the nearest `f64` or `f32` once,
 //! when a kernel is printed. Invariant: reduced to lowest terms, so equal numbers are equal values.
+//!
+//! A number that needs more than [`MOST_BITS`] bits is rounded to [`PRECISION`] of them, which is more than a check or a
+//! kernel can tell from the exact one; one whose size is beyond 2^±[`RANGE`] is no number any more, and nothing that is
+//! computed from it is. So no arithmetic takes long, whatever the source says.
 
+use dashu_int::ops::{BitTest, PowerOfTwo};
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
 use std::cmp::Ordering;
@@ -21,7 +26,21 @@ enum Repr {
     Small(i32, u32),
     /// What does not fit the other.
     Large(Box<RBig>),
+    /// Too large or too small to be held.
+    Beyond,
 }
+
+/// Numerator and denominator of a result take no more bits than this together.
+const MOST_BITS: usize = 4096;
+
+/// What takes more is rounded to so many bits.
+const PRECISION: isize = 1024;
+
+/// The binary exponents that a rounded number may have.
+const RANGE: isize = 3000;
+
+/// A multiple whose number, raised, leaves 2^±this is raised as a whole: half of what the smallest precision holds.
+const POWER_RANGE: u64 = 60;
 
 impl Exact {
     /// 0
@@ -53,13 +72,59 @@ impl Exact {
         }
     }
 
-    fn large(&self) -> RBig {
+    /// The result of an operation, rounded where it is long.
+    fn bounded(value: RBig) -> Exact {
+        let (over, under) = (value.numerator().bit_len(), value.denominator().bit_len());
+        if over + under <= MOST_BITS {
+            return Exact::of(value);
+        }
+        let exponent = over as isize - under as isize;
+        if exponent.abs() > RANGE {
+            return Exact(Repr::Beyond);
+        }
+        let (over, under) = value.into_parts();
+        let shift = PRECISION - exponent;
+        let (over, under) = (over << shift.max(0) as usize, under << (-shift).max(0) as usize);
+        let digits = over / IBig::from(under);
+        let scale = UBig::ONE << shift.unsigned_abs();
+        Exact::of(match shift {
+            ..0 => RBig::from(digits * scale),
+            _ => RBig::from_parts(digits, scale),
+        })
+    }
+
+    /// The rational this is; `None` beyond the range.
+    fn large(&self) -> Option<RBig> {
         match &self.0 {
             Repr::Small(numerator, denominator) => {
-                RBig::from_parts(IBig::from(*numerator), UBig::from(*denominator))
+                Some(RBig::from_parts(IBig::from(*numerator), UBig::from(*denominator)))
             }
-            Repr::Large(value) => (**value).clone(),
+            Repr::Large(value) => Some((**value).clone()),
+            Repr::Beyond => None,
         }
+    }
+
+    /// An operation on two rationals.
+    fn both(&self, other: &Exact, operation: impl Fn(RBig, RBig) -> RBig) -> Exact {
+        match (self.large(), other.large()) {
+            (Some(x), Some(y)) => Exact::bounded(operation(x, y)),
+            _ => Exact(Repr::Beyond),
+        }
+    }
+
+    /// Whether this is too large or too small to be held: the result of a constant expression that no kernel can print.
+    pub fn is_beyond(&self) -> bool {
+        matches!(self.0, Repr::Beyond)
+    }
+
+    /// Whether |x|ⁿ stays within what every precision holds, with room for what it is multiplied with.
+    pub(crate) fn power_stays(&self, n: u32) -> bool {
+        let exponent = match &self.0 {
+            Repr::Small(over, under) => over.unsigned_abs().max(1).ilog2().abs_diff(under.ilog2()) as usize,
+            Repr::Large(value) => value.numerator().bit_len().abs_diff(value.denominator().bit_len()),
+            Repr::Beyond => return false,
+        };
+        (exponent as u64).saturating_mul(n.into()) <= POWER_RANGE
     }
 
     /// The value of a decimal literal such as `12`, `0.5`, `1e-3` or `1_000.0`, without suffix.
@@ -106,7 +171,6 @@ impl Exact {
 
     /// Whether this is ±2ⁿ for a whole n: a factor that rounds nothing.
     pub fn is_power_of_two(&self) -> bool {
-        use dashu_int::ops::PowerOfTwo;
         match &self.0 {
             Repr::Small(numerator, denominator) => {
                 numerator.unsigned_abs().is_power_of_two() && denominator.is_power_of_two()
@@ -115,6 +179,7 @@ impl Exact {
                 let (_, numerator) = value.numerator().clone().into_parts();
                 numerator.is_power_of_two() && value.denominator().is_power_of_two()
             }
+            Repr::Beyond => false,
         }
     }
 
@@ -123,6 +188,7 @@ impl Exact {
         match &self.0 {
             Repr::Small(numerator, _) => *numerator < 0,
             Repr::Large(value) => **value < RBig::ZERO,
+            Repr::Beyond => false,
         }
     }
 
@@ -148,12 +214,18 @@ impl Exact {
                 numerator.unsigned_abs().into(),
             ),
             Repr::Large(value) => Exact::of(RBig::ONE / &**value),
+            Repr::Beyond => self.clone(),
         }
     }
 
     /// xⁿ for any n; x must not be zero when n < 0.
     pub fn powi(&self, n: i32) -> Exact {
-        if n == 1 { self.clone() } else { Exact::of(self.large().pow(n as isize)) }
+        let (base, n) = (if n < 0 { self.recip() } else { self.clone() }, n.unsigned_abs());
+        let Some(highest) = n.checked_ilog2() else { return Exact::ONE };
+        (0..highest).rev().fold(base.clone(), |power, bit| {
+            let square = &power * &power;
+            if n >> bit & 1 == 1 { &square * &base } else { square }
+        })
     }
 
     /// The integer this is, if it is one that fits.
@@ -163,29 +235,29 @@ impl Exact {
             Repr::Large(value) if value.denominator().is_one() => {
                 i64::try_from(value.numerator().clone()).ok()
             }
-            Repr::Large(_) => None,
+            Repr::Large(_) | Repr::Beyond => None,
         }
     }
 
-    /// The nearest `f64`.
+    /// The nearest `f64`; not a number beyond the range.
     pub fn to_f64(&self) -> f64 {
-        self.large().to_f64().value()
+        self.large().map_or(f64::NAN, |value| value.to_f64().value())
     }
 
-    /// The nearest `f32`.
+    /// The nearest `f32`; not a number beyond the range.
     pub fn to_f32(&self) -> f32 {
-        self.large().to_f32().value()
+        self.large().map_or(f32::NAN, |value| value.to_f32().value())
     }
 
     /// How many bits numerator and denominator take together: what bounds the folding of constants.
     pub fn bits(&self) -> usize {
-        use dashu_int::ops::BitTest;
         match &self.0 {
             Repr::Small(numerator, denominator) => {
                 let zeros = numerator.unsigned_abs().leading_zeros() + denominator.leading_zeros();
                 64 - zeros as usize
             }
             Repr::Large(value) => value.numerator().bit_len() + value.denominator().bit_len(),
+            Repr::Beyond => MOST_BITS,
         }
     }
 
@@ -194,6 +266,7 @@ impl Exact {
         match &self.0 {
             Repr::Small(numerator, denominator) => (numerator.to_string(), denominator.to_string()),
             Repr::Large(value) => (value.numerator().to_string(), value.denominator().to_string()),
+            Repr::Beyond => ("beyond".to_owned(), "1".to_owned()),
         }
     }
 }
@@ -211,6 +284,7 @@ impl Ord for Exact {
             (Repr::Small(a, b), Repr::Small(c, d)) => {
                 (i64::from(*a) * i64::from(*d)).cmp(&(i64::from(*c) * i64::from(*b)))
             }
+            // What is beyond the range is below everything else.
             _ => self.large().cmp(&other.large()),
         }
     }
@@ -235,7 +309,7 @@ impl Neg for &Exact {
             Repr::Small(numerator, denominator) if *numerator != i32::MIN => {
                 Exact(Repr::Small(-numerator, *denominator))
             }
-            _ => Exact::of(-self.large()),
+            _ => self.large().map_or(Exact(Repr::Beyond), |value| Exact::of(-value)),
         }
     }
 }
@@ -255,7 +329,7 @@ impl Add for &Exact {
                 let (a, b, c, d) = (i128::from(*a), i128::from(*b), i128::from(*c), i128::from(*d));
                 Exact::reduced(a * d + c * b, (b * d) as u128)
             }
-            _ => Exact::of(self.large() + other.large()),
+            _ => self.both(other, |x, y| x + y),
         }
     }
 }
@@ -276,20 +350,26 @@ impl Mul for &Exact {
             (Repr::Small(a, b), Repr::Small(c, d)) => {
                 Exact::reduced(i128::from(*a) * i128::from(*c), u128::from(*b) * u128::from(*d))
             }
-            _ => Exact::of(self.large() * other.large()),
+            (Repr::Small(0, _), _) | (_, Repr::Small(0, _)) if !self.is_beyond() && !other.is_beyond() => {
+                Exact::ZERO
+            }
+            _ => self.both(other, |x, y| x * y),
         }
     }
 }
 
 impl fmt::Display for Exact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.large())
+        match self.large() {
+            Some(value) => write!(f, "{value}"),
+            None => write!(f, "beyond"),
+        }
     }
 }
 
 impl fmt::Debug for Exact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.large())
+        write!(f, "{self}")
     }
 }
 
@@ -305,4 +385,43 @@ pub(crate) fn collect<T: Ord + Copy>(mut terms: Vec<(Exact, T)>) -> Vec<(Exact, 
     });
     terms.retain(|(c, _)| !c.is_zero());
     terms
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Exact;
+
+    /// Whatever is computed, a number stays short, and right to far more digits than any precision has.
+    #[test]
+    fn numbers_stay_short() {
+        let third = Exact::ratio(1, 3);
+        // x = x/3 + 1/7 tends to 3/14.
+        let seventh = Exact::ratio(1, 7);
+        let mut x = Exact::ratio(1, 10);
+        for _ in 0..5000 {
+            x = &(&x * &third) + &seventh;
+            assert!(x.bits() <= 4096 && !x.is_beyond());
+        }
+        assert!((&x - &Exact::ratio(3, 14)).abs() < Exact::ratio(1, 1 << 60).powi(10));
+        // Newton's iteration for the root of 2, which doubles the digits.
+        let (half, two) = (Exact::ratio(1, 2), Exact::from(2));
+        let mut z = Exact::ONE;
+        for _ in 0..40 {
+            z = &half * &(&z + &(&two * &z.recip()));
+        }
+        assert!((&(&z * &z) - &two).abs() < Exact::ratio(1, 1 << 60).powi(10));
+        assert_eq!(z.to_f64(), 2f64.sqrt());
+        // Powers: exact where they are short, rounded where they are long, none beyond the range.
+        let tenth = Exact::ratio(11, 10);
+        let exact = (0..300).fold(Exact::ONE, |power, _| &power * &tenth);
+        assert_eq!(tenth.powi(300), exact);
+        assert_eq!(tenth.powi(-300), exact.recip());
+        let close = Exact::parse("1.0000000001").expect("a literal");
+        assert!((close.powi(1_000_000_000).to_f64() / 0.1f64.exp() - 1.0).abs() < 1e-10);
+        for far in [tenth.powi(2_000_000_000), tenth.powi(i32::MIN), half.powi(i32::MAX)] {
+            assert!(far.is_beyond() && (&far * &Exact::ZERO).is_beyond() && far.recip().is_beyond());
+            assert!((&far - &far).is_beyond() && far.to_f64().is_nan() && far.bits() <= 4096);
+        }
+        assert_eq!(tenth.powi(0), Exact::ONE);
+    }
 }

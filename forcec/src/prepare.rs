@@ -258,14 +258,12 @@ impl Splitter<'_> {
         while let Some(id) = pending.pop() {
             if seen.insert(id) {
                 let node = self.given.node(id);
-                sources.extend(node.slots().into_iter().map(|slot| slot.argument));
+                sources.extend(node.slots().into_iter().map(|slot| Slot { field: 0, offset: 0, ..slot }));
                 pending.extend(node.operands());
             }
         }
-        let bodies = self.whole.signature.bodies.len();
-        let names = sources
-            .iter()
-            .map(|argument| &*self.whole.signature.parameters[*argument as usize - bodies].name);
+        let parameters = sources.into_iter().filter_map(|slot| self.whole.signature.parameter(slot));
+        let names = parameters.map(|parameter| &*parameter.name);
         let name = ["of"].into_iter().chain(names).collect::<Vec<&str>>().join("_");
         if name.len() <= LONGEST { name } else { "value".to_owned() }
     }

@@ -426,7 +426,15 @@ impl Graph {
         for &(factor, exponent) in factors {
             let (c, rest) = self.split(factor);
             if let Some(value) = self.value(rest) {
-                coefficient = &coefficient * &(&c * value).powi(exponent as i32);
+                coefficient = &coefficient * &(&c * value).powi(exponent.min(i32::MAX as u32) as i32);
+                continue;
+            }
+            if !c.power_stays(exponent) && exponent > 1 {
+                // Raised as a whole, so that no number leaves the range where the power does not.
+                if c.is_negative() && exponent % 2 == 1 {
+                    coefficient = -coefficient;
+                }
+                powers.push((self.held_multiple(&c.abs(), rest), i64::from(exponent)));
                 continue;
             }
             if !c.is_one() {

@@ -113,7 +113,7 @@ impl<'a> Elaborator<'a> {
 
     /// How much work there was.
     pub(crate) fn steps(&self) -> u64 {
-        self.steps
+        self.steps.saturating_add(self.graph.folding())
     }
 
     // ---- messages
@@ -179,7 +179,7 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn spend(&mut self, steps: u64, span: Span) -> bool {
         self.steps = self.steps.saturating_add(steps);
         let nodes = self.limited && self.graph.len() > MOST_NODES;
-        if !self.exhausted && (nodes || self.steps > MOST_STEPS) {
+        if !self.exhausted && (nodes || self.steps() > MOST_STEPS) {
             self.exhausted = true;
             let (span, what) = self.open.first().cloned().unwrap_or((span, "this".to_owned()));
             let label = if nodes {
@@ -215,7 +215,22 @@ impl<'a> Elaborator<'a> {
         self.depth += 1;
         let value = self.evaluate(id);
         self.depth -= 1;
-        value
+        let node = match value {
+            Value::Real(x) => x.index(),
+            Value::Vector(v) => v.index(),
+            _ => return value,
+        };
+        if self.graph.is_beyond(node) { self.out_of_range(span) } else { value }
+    }
+
+    /// The message about a constant that no kernel can hold.
+    pub(crate) fn out_of_range(&mut self, span: Span) -> Value {
+        self.error_help(
+            span,
+            "a constant is out of range",
+            "a number here is beyond 1e±900",
+            Some("choose other units, or write `(x / a).powi(n)` for a quotient of powers".to_owned()),
+        )
     }
 
     // ---- what can be singular

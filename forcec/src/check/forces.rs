@@ -50,6 +50,11 @@ pub(crate) fn define(
     }
     elaborator.purpose = Some(Purpose { name: &function.name.text, kind: function.kind });
     let value = if recursive[index] { Value::Poison } else { elaborator.body(index, arguments) };
+    if elaborator.diagnostics.is_empty()
+        && (0..elaborator.graph.len()).any(|node| elaborator.graph.is_beyond(node))
+    {
+        elaborator.out_of_range(function.name.span);
+    }
     let steps = elaborator.steps();
     let failed = !diagnostics.is_empty() || !elaborator.diagnostics.is_empty();
     diagnostics.append(&mut elaborator.diagnostics);

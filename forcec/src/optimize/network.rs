@@ -59,6 +59,8 @@ const LONGEST_SUM: usize = 12;
 struct Reader<'p> {
     graph: &'p Graph,
     uses: Vec<u32>,
+    /// Multiples whose numbers may not be raised.
+    whole: BTreeSet<Id>,
     terms: Vec<Terms>,
     atoms: FxHashMap<Id, Atom>,
     network: Network,
@@ -93,8 +95,16 @@ impl Network {
             numbers: FxHashMap::default(),
             outputs: FxHashMap::default(),
         };
+        let mut whole = BTreeSet::new();
+        for (_, node) in graph.iter() {
+            let Node::Product(factors) = node else { continue };
+            whole.extend(factors.iter().filter_map(|(x, exponent)| match graph.node(*x) {
+                Node::Multiple(c, _) if !c.power_stays(*exponent) => Some(*x),
+                _ => None,
+            }));
+        }
         let terms = vec![Vec::new(); graph.len()];
-        let mut reader = Reader { graph, uses, terms, atoms: FxHashMap::default(), network };
+        let mut reader = Reader { graph, uses, whole, terms, atoms: FxHashMap::default(), network };
         // A multiple has no terms of its own: its users read what it multiplies.
         for (id, node) in graph.iter().filter(|(id, _)| live[id.index()] && graph.split(*id).1 == *id) {
             reader.terms[id.index()] = reader.read(id, node);
@@ -482,6 +492,7 @@ fn shape(node: &Node) -> Node {
         Node::Recip(_) => Node::Recip(none),
         Node::Held(_) => Node::Held(none),
         Node::Written(operator, ..) => Node::Written(*operator, none, none),
+        Node::Multiple(c, _) => Node::Multiple(c.clone(), none),
         Node::Call(function, _) => Node::Call(*function, [].into()),
         Node::Select(..) => Node::Select(none, none, none),
         Node::Compare(comparison, ..) => Node::Compare(*comparison, none, none),
@@ -498,6 +509,7 @@ fn rebuild(graph: &mut Graph, node: &Node, operands: &[Id]) -> Id {
         (Node::Recip(_), &[x]) => graph.recip(x),
         (Node::Held(_), &[x]) => graph.held(x),
         (Node::Written(operator, ..), &[x, y]) => graph.written(*operator, x, y),
+        (Node::Multiple(c, _), &[x]) => graph.held_multiple(c, x),
         (Node::Call(function, _), arguments) => graph.call(*function, arguments),
         (Node::Select(..), &[c, x, y]) => graph.select(c, x, y),
         (Node::Compare(comparison, ..), &[x, y]) => graph.compare(*comparison, x, y),
@@ -552,7 +564,7 @@ impl Reader<'_> {
                 }
                 vec![(coefficient, product)]
             }
-            Node::Multiple(coefficient, x) => {
+            Node::Multiple(coefficient, x) if !self.whole.contains(&id) => {
                 let parts = self.inline(*x, false);
                 parts.into_iter().map(|(c, atoms)| (coefficient * &c, atoms)).collect()
             }

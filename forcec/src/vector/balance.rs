@@ -13,6 +13,9 @@ use std::collections::BTreeMap;
 /// Weights whose sum has more terms than this are not known to add up to nothing.
 const LONGEST_WEIGHT: usize = 64;
 
+/// Higher powers are not multiplied out.
+const HIGHEST_POWER: i32 = 8;
+
 /// How many nodes are looked through for a position.
 const DEEPEST: usize = 64;
 
@@ -219,7 +222,7 @@ impl Graph {
                     terms.iter().for_each(|(c, x)| add(&mut sum, &known[x], c));
                     sum
                 }
-                Node::Product(factors) if factors.iter().all(|(_, e)| *e > 0) => {
+                Node::Product(factors) if is_short(factors) => {
                     let mut product = constant(Exact::ONE);
                     for (x, exponent) in factors {
                         for _ in 0..*exponent {
@@ -249,14 +252,17 @@ impl Graph {
             match self.at(x) {
                 Node::Let(inner) | Node::Offset(inner, _) => open.push(*inner),
                 Node::Sum(_, terms) => open.extend(terms.iter().map(|(_, x)| *x)),
-                Node::Product(factors) if factors.iter().all(|(_, e)| (1..=3).contains(e)) => {
-                    open.extend(factors.iter().map(|(x, _)| *x))
-                }
+                Node::Product(factors) if is_short(factors) => open.extend(factors.iter().map(|(x, _)| *x)),
                 _ => {}
             }
         }
         Some(found.into_iter().collect())
     }
+}
+
+/// Whether a product is multiplied out: weights of splines have no higher powers.
+fn is_short(factors: &[(Real, i32)]) -> bool {
+    factors.iter().all(|(_, exponent)| (1..=HIGHEST_POWER).contains(exponent))
 }
 
 fn constant(value: Exact) -> Polynomial {
@@ -276,6 +282,9 @@ fn times(x: &Polynomial, y: &Polynomial) -> Option<Polynomial> {
     let mut product = Polynomial::new();
     for (m, c) in x {
         for (n, d) in y {
+            if m.len() + n.len() > LONGEST_WEIGHT {
+                return None;
+            }
             let mut monomial = [m.as_slice(), n].concat();
             monomial.sort_unstable();
             add(&mut product, &Polynomial::from([(monomial, c * d)]), &Exact::ONE);

@@ -181,6 +181,8 @@ pub struct Graph {
     /// The arguments that slots refer to.
     pub signature: Signature,
     simplify: bool,
+    /// Work on long numbers, in steps.
+    folding: u64,
     /// Whether quaternions may be taken as of length one: in derivatives, never in values.
     unit_quaternions: bool,
     /// How derivatives are written here.
@@ -216,6 +218,7 @@ impl Graph {
             names: BTreeMap::new(),
             signature,
             simplify: true,
+            folding: 0,
             unit_quaternions: false,
             formulation: FORMULATIONS[0],
         }
@@ -256,13 +259,40 @@ impl Graph {
         self.nodes.iter()
     }
 
+    /// The numbers that stand in a node itself.
+    fn numbers(&self, index: usize) -> impl Iterator<Item = &Exact> {
+        let none: &[(Exact, Real)] = &[];
+        let (own, reals, vectors): (&[Exact], _, &[(Exact, Vector)]) = match self.node(index) {
+            Node::Constant(value) | Node::Offset(_, value) => (std::slice::from_ref(value), none, &[]),
+            Node::VectorOffset(_, numbers) => (numbers.as_slice(), none, &[]),
+            Node::Sum(constant, terms) => (std::slice::from_ref(constant), terms, &[]),
+            Node::VectorSum(terms) => (&[], none, terms),
+            _ => (&[], none, &[]),
+        };
+        own.iter().chain(reals.iter().map(|(c, _)| c)).chain(vectors.iter().map(|(c, _)| c))
+    }
+
+    /// Whether a number in a node is beyond what any kernel can print.
+    pub fn is_beyond(&self, index: usize) -> bool {
+        self.numbers(index).any(Exact::is_beyond)
+    }
+
+    /// How much work there was on long numbers, in steps of elaboration.
+    pub fn folding(&self) -> u64 {
+        self.folding
+    }
+
     /// The name of a let.
     pub fn name(&self, index: usize) -> Option<&str> {
         self.names.get(&(index as u32)).map(String::as_str)
     }
 
     fn intern(&mut self, node: Node) -> u32 {
-        let (index, _) = self.nodes.insert_full(node);
+        let (index, new) = self.nodes.insert_full(node);
+        if new && self.simplify {
+            self.folding +=
+                self.numbers(index).map(|number| (number.bits() / LONG_NUMBER) as u64).sum::<u64>();
+        }
         let index = u32::try_from(index).expect("the budget keeps a graph below 2^32 nodes");
         self.held.get(&index).copied().unwrap_or(index)
     }
@@ -291,6 +321,9 @@ impl Graph {
         &self.nodes[truth.index()]
     }
 }
+
+/// Arithmetic on a number of so many bits takes about a step of elaboration.
+const LONG_NUMBER: usize = 128;
 
 /// A sum of more terms is a term itself where it is added to: accumulating n terms stays linear.
 const LONGEST_SUM: usize = 32;

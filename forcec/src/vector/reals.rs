@@ -13,16 +13,6 @@ use std::collections::BTreeMap;
 /// A product of more factors is a factor itself where it is multiplied: the derivative of a chain stays linear.
 const LONGEST_PRODUCT: usize = 8;
 
-/// Whether a power of a number is of no concern for the range of any precision.
-fn is_moderate(c: &Exact, exponent: i32) -> bool {
-    const LEAST: f64 = 1.0 / (1 << 20) as f64;
-    let power = c.to_f64().abs().powi(exponent);
-    c.is_unit() || (LEAST..=1.0 / LEAST).contains(&power)
-}
-
-/// Beyond this many bits a power of a number is left to the kernel.
-const CONSTANT_BITS: usize = 4096;
-
 impl Graph {
     /// A number.
     pub fn constant(&mut self, value: Exact) -> Real {
@@ -146,15 +136,11 @@ impl Graph {
                 continue;
             }
             let (c, rest) = self.split(factor);
-            let number = self.value(rest).is_some();
             let c = self.value(rest).map_or(c.clone(), |value| &c * value);
-            let large = exponent.unsigned_abs() > 1 && !number && !c.is_unit() && !is_moderate(&c, exponent);
-            if c.is_zero() && exponent < 0
-                || c.bits().saturating_mul(exponent.unsigned_abs() as usize) > CONSTANT_BITS
-                || large
-            {
-                // A division by a literal zero, or a power too long to hold: left to IEEE arithmetic. The power of a
-                // number may leave the range where that of its product does not.
+            let raised = exponent.unsigned_abs() > 1 && self.value(rest).is_none();
+            if c.is_zero() && exponent < 0 || raised && !c.power_stays(exponent.unsigned_abs()) {
+                // A division by a literal zero is left to IEEE arithmetic. A multiple whose number would leave the range
+                // is raised as a whole.
                 *powers.entry(factor).or_default() += i64::from(exponent);
                 continue;
             }
@@ -230,9 +216,14 @@ impl Graph {
                 if (held > 0) == (*e > 0) { held / i64::from(*e) } else { 0 }
             };
             let count = inner.iter().map(times).min().unwrap_or(0);
-            let short = |n: &i32| *n > 0 && c.bits().saturating_mul(*n as usize) <= CONSTANT_BITS;
-            let Some(size) = i32::try_from(count).ok().filter(short) else { continue };
-            *coefficient = &*coefficient * &c.powi(-size);
+            let joined = match i32::try_from(count) {
+                Ok(size) if size > 0 => &*coefficient * &c.powi(-size),
+                _ => continue,
+            };
+            if joined.is_beyond() {
+                continue;
+            }
+            *coefficient = joined;
             for (f, e) in inner {
                 *powers.get_mut(f).expect("counted above") -= count * i64::from(*e);
             }
