@@ -6,13 +6,14 @@ use crate::bodies::Parameter;
 use crate::definition::{Definition, Law, Row};
 use crate::derive::derive;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::exact::Exact;
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::{Kernel, Once, Preparation};
 use crate::optimize::{Optimized, optimize};
 pub use crate::options::Request;
 use crate::options::{Choice, suggestion};
 use crate::outputs::{Axis, Extra, Part};
-use crate::plan::Mode;
+use crate::plan::{Mode, Precision};
 use crate::prepare::{self, Split};
 use crate::scalar::{Program, Step};
 use crate::schedule::{Schedule, Style, schedule};
@@ -194,6 +195,54 @@ pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Dia
         Diagnostic::error(definition.span, message, "only constraints and energies have")
             .help("name the other functions with `--only`, or ask for `force`, `dfdx` and `dfdv`")
     })
+}
+
+/// A kernel for these precisions, numbers that one of them does not hold taken apart; or what does not fit.
+pub(crate) fn fitted(function: &Stages, precisions: &[Precision]) -> Result<Kernel, Diagnostic> {
+    let mut kernel = function.kernel.clone();
+    let definition = &function.definition;
+    for &precision in precisions {
+        let signature = &definition.graph.signature;
+        let known = signature.parameters.iter().chain(&signature.extras);
+        let known = known.flat_map(|parameter| parameter.value.iter().flatten().map(move |x| (parameter, x)));
+        if let Some((parameter, number)) = known.clone().find(|(_, number)| !number.fits(precision)) {
+            let message = format!("`{}` is set to a number that does not fit `{precision}`", parameter.name);
+            return Err(Diagnostic::error(definition.span, message, misfit(number, precision))
+                .help("set a number of a size that fits, in other units"));
+        }
+        let mut fit = kernel.schedule.fit(precision);
+        if let Preparation::Once(once) = &mut kernel.preparation {
+            fit = fit.and_then(|()| once.schedule.fit(precision));
+        }
+        let Err(number) = fit else { continue };
+        let (size, inverse) = (number.abs(), number.recip().abs());
+        let mut stated = definition.extremes.iter();
+        let stated = stated.find(|(own, _)| [&size, &inverse].contains(&&own.abs()));
+        let (place, label) = match stated {
+            Some((own, place)) if own.abs() == size => (*place, misfit(&size, precision)),
+            Some((_, place)) => (*place, format!("its inverse {}", misfit(&size, precision))),
+            None => (definition.span, format!("in its kernel {}", misfit(&size, precision))),
+        };
+        let help = "choose other units, or raise a quotient and not its parts, as in `(x / a).powi(n)`";
+        let wider = if precision == Precision::F32 { "; or build for `f64`" } else { "" };
+        return Err(Diagnostic::error(place, format!("a number does not fit `{precision}`"), label)
+            .help(format!("{help}{wider}")));
+    }
+    Ok(kernel)
+}
+
+/// What becomes of a number that a precision does not hold.
+fn misfit(number: &Exact, precision: Precision) -> String {
+    let near = match precision {
+        Precision::F64 => number.to_f64(),
+        Precision::F32 => f64::from(number.to_f32()),
+    };
+    let becomes = match near {
+        0.0 => "0",
+        near if near.is_finite() => "a subnormal of few digits",
+        _ => "infinite",
+    };
+    format!("{} is {becomes} as `{precision}`", number.about())
 }
 
 /// What kernels take beside bodies and parameters, with the values that are known. Where a function has a parameter of the

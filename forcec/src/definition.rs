@@ -2,6 +2,7 @@
 
 use crate::bodies::BodyKind;
 use crate::diagnostic::Diagnostic;
+use crate::exact::Exact;
 use crate::outputs::Part;
 use crate::span::Span;
 use crate::vector::{Graph, Real, Vector};
@@ -20,6 +21,8 @@ pub struct Definition {
     pub graph: Graph,
     /// What the function states.
     pub law: Law,
+    /// Numbers in its source that floats do not hold, where they stand.
+    pub extremes: Vec<(Exact, Span)>,
     /// Where its value or a derivative may not exist; none in a graph that simplifies nothing.
     pub singular: Vec<Singular>,
 }

@@ -7,6 +7,7 @@
 //! kernel can tell from the exact one; one whose size is beyond 2^±[`RANGE`] is no number any more, and nothing that is
 //! computed from it is. So no arithmetic takes long, whatever the source says.
 
+use crate::plan::Precision;
 use dashu_int::ops::{BitTest, PowerOfTwo};
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
@@ -247,6 +248,33 @@ impl Exact {
     /// The nearest `f32`; not a number beyond the range.
     pub fn to_f32(&self) -> f32 {
         self.large().map_or(f32::NAN, |value| value.to_f32().value())
+    }
+
+    /// Whether a precision holds this with all its digits: neither 0 nor infinite, nor a subnormal that loses some.
+    pub fn fits(&self, precision: Precision) -> bool {
+        let (nearest, least) = match precision {
+            Precision::F64 => (self.to_f64(), f64::MIN_POSITIVE),
+            Precision::F32 => (f64::from(self.to_f32()), f64::from(f32::MIN_POSITIVE)),
+        };
+        nearest.is_finite() && (nearest.abs() >= least || Exact::from_f64(nearest).as_ref() == Some(self))
+    }
+
+    /// About the binary logarithm of |x|.
+    pub(crate) fn exponent(&self) -> i64 {
+        self.large().map_or(0, |x| x.numerator().bit_len() as i64 - x.denominator().bit_len() as i64)
+    }
+
+    /// A text for messages: its nearest double, or where that is 0 or infinite its size.
+    pub(crate) fn about(&self) -> String {
+        let near = self.to_f64();
+        match near.is_normal() || self.is_zero() {
+            true => format!("{near:?}"),
+            false => format!(
+                "about {}1e{}",
+                if self.is_negative() { "-" } else { "" },
+                self.exponent() * 3010 / 10000
+            ),
+        }
     }
 
     /// How many bits numerator and denominator take together: what bounds the folding of constants.

@@ -5,7 +5,7 @@
 //! to the runtime; or every message, each at its own token. A message does not take the functions away, so that editors
 //! keep completing in them.
 
-use crate::compile::{Stages, compile_file};
+use crate::compile::{Stages, compile_file, fitted};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::kernel::Precision;
 use crate::layouts::Layout;
@@ -337,8 +337,32 @@ impl Functions {
                 }
             }
         }
-        Ok(Functions { forces, companions })
+        let mut functions = Functions { forces, companions };
+        functions.fit(file, request)?;
+        Ok(functions)
     }
+}
+
+impl Functions {
+    /// Takes the numbers of kernels apart that a precision they are printed in does not hold.
+    fn fit(&mut self, file: &ast::File, request: &Request) -> Result<(), Diagnostics> {
+        let companions = self.companions.values_mut().flatten().map(|(_, stages)| stages);
+        let mut errors = Vec::new();
+        for stages in self.forces.iter_mut().chain(companions) {
+            match fitted(stages, &precisions(file, &stages.definition.name, request)) {
+                Ok(kernel) => stages.kernel = kernel,
+                Err(error) => errors.push(error),
+            }
+        }
+        if errors.is_empty() { Ok(()) } else { Err(Diagnostics::new(file.source.clone(), errors)) }
+    }
+}
+
+/// The precisions that the kernels of a function are printed in.
+fn precisions(file: &ast::File, name: &str, request: &Request) -> Vec<Precision> {
+    let own = file.function(name).map(ast::Function::choices);
+    let precisions = request.of(own.into_iter().flatten()).precisions;
+    if precisions.is_empty() { Precision::ALL.to_vec() } else { precisions }
 }
 
 /// Whether a kernel is one that the runtime calls: F and its derivatives of every body, in full, one instance at a time.
@@ -368,12 +392,7 @@ fn kernels(
     };
     for function in &functions.forces {
         let (kernel, source) = (&function.kernel, &function.definition.name);
-        let own = ast.function(source).map(ast::Function::choices);
-        let mut precisions = request.of(own.into_iter().flatten()).precisions;
-        if precisions.is_empty() {
-            precisions = Precision::ALL.to_vec();
-        }
-        for precision in precisions {
+        for precision in precisions(ast, source, request) {
             modules.extend(parsed(&kernel_module(kernel, precision)));
             if let Some(companions) = functions.companions.get(source) {
                 for (row, companion) in companions {

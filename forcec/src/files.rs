@@ -67,10 +67,20 @@ pub(crate) struct Unit {
 
 impl Unit {
     /// The files that a target prints, under its name without folder and ending: one for each layout and number of lanes.
-    pub(crate) fn files(&self, precisions: &[Precision]) -> Vec<File> {
+    /// What does not fit one of the precisions is an error.
+    pub(crate) fn files(&self, precisions: &[Precision]) -> Result<Vec<File>, Diagnostics> {
         let stem = self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let kernels = self.compiled.functions.iter().map(|function| function.kernel.clone());
-        by_layout(&stem, &self.compiled.docs, kernels, precisions)
+        let (mut kernels, mut errors) = (Vec::new(), Vec::new());
+        for function in &self.compiled.functions {
+            match compile::fitted(function, precisions) {
+                Ok(kernel) => kernels.push(kernel),
+                Err(error) => errors.push(error),
+            }
+        }
+        if !errors.is_empty() {
+            return Err(Diagnostics::new(self.compiled.source.clone(), errors));
+        }
+        Ok(by_layout(&stem, &self.compiled.docs, kernels.into_iter(), precisions))
     }
 }
 
@@ -169,7 +179,7 @@ pub(crate) fn outputs(
 ) -> Result<Vec<Output>, String> {
     let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
     for unit in units {
-        let printed = unit.files(precisions);
+        let printed = unit.files(precisions).map_err(|errors| errors.to_string())?;
         if targets.contains(&Target::C) {
             printed.iter().try_for_each(|file| includable(unit, &file.stem))?;
         }

@@ -139,8 +139,12 @@ pub fn compile(source: &str, options: &Options) -> Result<Compiled, Diagnostics>
         return Err(Diagnostics::new(source, unknown));
     }
     let kernels = compiled.functions.iter().map(|function| {
-        let text = crate::targets::kernel(&function.kernel, options.target, options.real);
-        (function.kernel.name.clone(), text)
+        let kernel = crate::compile::fitted(function, &[options.real])?;
+        let text = crate::targets::kernel(&kernel, options.target, options.real);
+        Ok((kernel.name, text))
     });
-    Ok(Compiled { kernels: kernels.collect(), warnings: Diagnostics::new(source, compiled.warnings) })
+    Ok(Compiled {
+        kernels: kernels.collect::<Result<_, Diagnostic>>().map_err(failed)?,
+        warnings: Diagnostics::new(source, compiled.warnings),
+    })
 }

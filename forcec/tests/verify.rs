@@ -47,6 +47,7 @@ impl Sample {
             span: Default::default(),
             graph,
             law,
+            extremes: vec![],
             singular: vec![],
         }
     }

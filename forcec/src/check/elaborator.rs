@@ -10,6 +10,8 @@ use super::scope::Scope;
 use super::types::Type;
 use super::values::Value;
 use crate::diagnostic::Diagnostic;
+use crate::exact::Exact;
+use crate::plan::Precision;
 use crate::span::Span;
 use crate::syntax::ast::{ExprId, Expressions, FunctionKind};
 use crate::vector::{Graph, Real, Truth};
@@ -24,6 +26,8 @@ pub(crate) const MOST_STEPS: u64 = 10_000_000;
 pub(crate) const MOST_ITERATIONS: u64 = 1_000_000;
 /// Expressions within expressions, through calls.
 const DEEPEST: usize = 60_000;
+/// Numbers that messages may show the place of.
+const MOST_EXTREMES: usize = 100;
 /// Leaves of one value.
 pub(crate) const LARGEST_VALUE: u64 = 1_000_000;
 
@@ -62,6 +66,8 @@ pub(crate) struct Elaborator<'a> {
     pub(crate) graph: Graph,
     pub(crate) diagnostics: Vec<Diagnostic>,
     pub(crate) risks: Vec<Risk>,
+    /// Numbers that floats do not hold, where they stand.
+    pub(crate) extremes: Vec<(Exact, Span)>,
     pub(crate) purpose: Option<Purpose<'a>>,
     pub(crate) frame: Frame<'a>,
     /// The conditions of the branches that are open, and whether they hold there.
@@ -90,6 +96,7 @@ impl<'a> Elaborator<'a> {
             graph,
             diagnostics: Vec::new(),
             risks: Vec::new(),
+            extremes: Vec::new(),
             purpose: None,
             frame: Frame::new(&NOTHING, 0),
             guards: Vec::new(),
@@ -220,7 +227,20 @@ impl<'a> Elaborator<'a> {
             Value::Vector(v) => v.index(),
             _ => return value,
         };
-        if self.graph.is_beyond(node) { self.out_of_range(span) } else { value }
+        if self.graph.is_beyond(node) {
+            return self.out_of_range(span);
+        }
+        if let Value::Real(x) = value
+            && self.graph.simplifies()
+            && self.extremes.len() < MOST_EXTREMES
+        {
+            let (coefficient, rest) = self.graph.split(x);
+            let number = self.graph.value(rest).cloned().unwrap_or(coefficient);
+            if !number.power_stays(1) && !number.fits(Precision::F32) {
+                self.extremes.push((number, span));
+            }
+        }
+        value
     }
 
     /// The message about a constant that no kernel can hold.

@@ -61,6 +61,7 @@ pub(crate) fn define(
     if failed || !returns || value.is_poison() {
         return Outcome { definition: None, diagnostics, steps };
     }
+    let extremes = std::mem::take(&mut elaborator.extremes);
     let mut graph = elaborator.graph;
     let mut singular = Vec::new();
     if simplifies {
@@ -80,7 +81,7 @@ pub(crate) fn define(
         }
     }
     let (name, docs) = (function.name.text.clone(), function.docs.clone());
-    let definition = Definition { name, docs, span: function.name.span, graph, law, singular };
+    let definition = Definition { name, docs, span: function.name.span, graph, law, extremes, singular };
     Outcome { definition: Some(definition), diagnostics, steps }
 }
 

@@ -62,13 +62,13 @@ impl Show {
         let parts = if whole { Part::DEFAULT.to_vec() } else { function.outputs() };
         let derived = || derive(&function.definition, &parts, function.formulation);
         let rendered = |target| {
-            let files = unit.files(&[Precision::F64]);
-            files
+            let files = unit.files(&[Precision::F64]).map_err(|errors| Failure::Input(errors.to_string()))?;
+            Ok(files
                 .iter()
                 .flat_map(|file| emit(file, target))
                 .filter(|file| !file.name.ends_with(".h"))
                 .map(|file| file.text)
-                .collect::<String>()
+                .collect::<String>())
         };
         print(&match self.stage {
             Stage::Ast => function.ast.clone(),
@@ -78,8 +78,8 @@ impl Show {
             Stage::Optimized if self.explain => text::passes(&function.report),
             Stage::Optimized => function.program.to_string(),
             Stage::Schedule => function.kernel.schedule.to_string(),
-            Stage::Rust => rendered(Target::Rust),
-            Stage::C => rendered(Target::C),
+            Stage::Rust => rendered(Target::Rust)?,
+            Stage::C => rendered(Target::C)?,
         })
     }
 }

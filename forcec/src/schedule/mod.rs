@@ -7,6 +7,7 @@
 mod build;
 mod cut;
 pub(crate) mod double;
+mod fit;
 mod guards;
 mod lower;
 mod names;

@@ -1,0 +1,130 @@
+//! Numbers that a precision does not hold, where only their products are wanted.
+//!
+//! In: statements and a precision. Out: the same statements, in which the factor 1e-60 of a product is, for floats, two
+//! numbers with other factors between them; or the first number of which a value of its own is wanted. Promise: no factor
+//! leaves the range before the product does.
+
+use super::{Expression, Schedule, Statement};
+use crate::exact::Exact;
+use crate::plan::Precision;
+
+impl Schedule {
+    /// Takes the numbers apart that the precision does not hold; the first that stands where it cannot be taken apart.
+    pub fn fit(&mut self, precision: Precision) -> Result<(), Exact> {
+        for statement in &mut self.statements {
+            let expressions = match statement {
+                Statement::Let(_, value)
+                | Statement::Store(_, value)
+                | Statement::Add(_, _, value)
+                | Statement::Leave(value) => std::slice::from_mut(value),
+                Statement::Scaled { factor, .. } => std::slice::from_mut(factor),
+                Statement::Columns(_, values) => values.as_mut_slice(),
+                Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(_) => &mut [],
+            };
+            for expression in expressions {
+                fit(expression, precision)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Takes the numbers of an expression apart.
+fn fit(expression: &mut Expression, precision: Precision) -> Result<(), Exact> {
+    match expression {
+        Expression::Literal(value) if !value.fits(precision) => return Err(value.clone()),
+        Expression::Literal(_) | Expression::Known(_) | Expression::Input(_) | Expression::Name(_) => {}
+        Expression::Negative(x) | Expression::Not(x) => fit(x, precision)?,
+        Expression::Sum(terms) => terms.iter_mut().try_for_each(|(_, x)| fit(x, precision))?,
+        Expression::Call(_, arguments) => arguments.iter_mut().try_for_each(|x| fit(x, precision))?,
+        Expression::Select(parts) => parts.iter_mut().try_for_each(|x| fit(x, precision))?,
+        Expression::Fused(parts) => {
+            let misfit = |x: &Expression| matches!(x, Expression::Literal(value) if !value.fits(precision));
+            let [x, y, _] = &mut **parts;
+            if misfit(y) {
+                std::mem::swap(x, y);
+            }
+            if let Expression::Literal(value) = x
+                && !value.fits(precision)
+                && !matches!(y, Expression::Literal(_))
+            {
+                // One part of the number remains for the fused multiplication.
+                let mut numbers = parts_of(value, precision);
+                let last = numbers.pop().expect("a number that does not fit has parts");
+                let other = std::mem::replace(y, last);
+                *x = interleaved(numbers, vec![other]);
+            }
+            parts.iter_mut().try_for_each(|x| fit(x, precision))?;
+        }
+        Expression::Difference(pair)
+        | Expression::Compare(_, pair)
+        | Expression::And(pair)
+        | Expression::Or(pair) => pair.iter_mut().try_for_each(|x| fit(x, precision))?,
+        Expression::Quotient(over, under) => {
+            let (mut above, mut below) = (Vec::new(), Vec::new());
+            for (factors, numbers) in [(&mut *over, &mut above), (&mut *under, &mut below)] {
+                factors.retain(|factor| match factor {
+                    Expression::Literal(value) if !value.fits(precision) => {
+                        numbers.push(value.clone());
+                        false
+                    }
+                    _ => true,
+                });
+                factors.iter_mut().try_for_each(|x| fit(x, precision))?;
+            }
+            let Some(first) = above.first().or(below.first()).cloned() else { return Ok(()) };
+            let is_number = |factor: &Expression| matches!(factor, Expression::Literal(_));
+            if over.iter().chain(&*under).all(is_number) {
+                return Err(first);
+            }
+            let mut above: Vec<Expression> = above.iter().flat_map(|x| parts_of(x, precision)).collect();
+            let below: Vec<Expression> = below.iter().flat_map(|x| parts_of(x, precision)).collect();
+            // What is divided takes as many numbers as it has other factors; the rest is multiplied with the quotient.
+            let rest = match under.is_empty() {
+                true => Vec::new(),
+                false => above.split_off(above.len().min(over.len().max(1))),
+            };
+            let mut value = interleaved(above, std::mem::take(over));
+            if !under.is_empty() {
+                value = Expression::Quotient(vec![value], std::mem::take(under));
+            }
+            if !rest.is_empty() {
+                value = interleaved(vec![value], rest);
+            }
+            for number in below {
+                value = Expression::Quotient(vec![value], vec![number]);
+            }
+            *expression = value;
+        }
+    }
+    Ok(())
+}
+
+/// A product of numbers and other factors, in turns.
+fn interleaved(numbers: Vec<Expression>, factors: Vec<Expression>) -> Expression {
+    let mut product = Vec::with_capacity(numbers.len() + factors.len());
+    let (mut numbers, mut factors) = (numbers.into_iter(), factors.into_iter());
+    loop {
+        let before = product.len();
+        product.extend(numbers.next());
+        product.extend(factors.next());
+        if product.len() == before {
+            return Expression::Quotient(product, Vec::new());
+        }
+    }
+}
+
+/// A number as a product of such that fit: powers of two, but for the first.
+fn parts_of(number: &Exact, precision: Precision) -> Vec<Expression> {
+    // What stands between two of the parts may be as large, or as small.
+    let most = match precision {
+        Precision::F64 => 900,
+        Precision::F32 => 100,
+    };
+    let exponent = number.exponent();
+    let count = exponent.unsigned_abs().div_ceil(most).max(2);
+    let power = Exact::from(2).powi((exponent / count as i64) as i32);
+    let first = number * &power.powi(1 - count as i32);
+    let powers = std::iter::repeat_n(power, count as usize - 1);
+    std::iter::once(first).chain(powers).map(Expression::Literal).collect()
+}
