@@ -3,13 +3,15 @@
 //! In: the mathematics and the kernel's outputs with error bounds, state by state. Out: a verdict an invariant. Balance and
 //! equivariance are asked of the function first: of the rows of C (or of E, or of F itself) under the six rigid
 //! motions. Where the rows are unchanged the kernel's force must balance; where only ½ Σ ks C² is unchanged, it must at
-//! damping 0; else the function is not invariant and nothing is asked. One state that breaks the symmetry decides.
+//! damping 0; else the function is not invariant and nothing is asked. One state that breaks the symmetry decides. A
+//! kernel into which a damping is folded cannot be asked at damping 0: then nothing is that holds there alone.
 
 use super::big::Big;
 use super::oracle::{Oracle, Point};
 use super::report::{Entry, Invariant, Verdict, ratio};
 use super::tape::{Bounded, Tape};
 use crate::bodies::Role;
+use crate::exact::Exact;
 use crate::places::Places;
 use crate::states::{Family, Random, State};
 
@@ -95,7 +97,7 @@ impl Invariants {
         if seen.oracle.is_constraint() {
             self.symmetric_damping(seen);
         }
-        if seen.oracle.is_constraint() || seen.oracle.is_energy() {
+        if undamped.is_possible && (seen.oracle.is_constraint() || seen.oracle.is_energy()) {
             self.torque_skew(seen, &undamped);
         }
         if let Some(random) = turn {
@@ -110,7 +112,8 @@ impl Invariants {
             let exact: Vec<Big> = generator.iter().map(|x| Big::from_f64(*x)).collect();
             let work = seen.point.work(&exact);
             motion.rows_unchanged &= work.rows.0 <= UNCHANGED * work.rows.1 + seen.point.noise;
-            motion.elastic_unchanged &= work.elastic.0 <= UNCHANGED * work.elastic.1 + seen.point.noise;
+            let elastic_unchanged = work.elastic.0 <= UNCHANGED * work.elastic.1 + seen.point.noise;
+            motion.elastic_unchanged &= elastic_unchanged && (undamped.is_possible || motion.rows_unchanged);
             let own = super::oracle::inner(&seen.point.force, &exact).to_f64().abs();
             let kinds = [
                 (&mut motion.damped, seen.outputs, seen.state, own),
@@ -252,7 +255,7 @@ impl Invariants {
     }
 
     /// The verdicts.
-    pub(crate) fn finish(self, oracle: &Oracle) -> Vec<Invariant> {
+    pub(crate) fn finish(self, oracle: &Oracle, places: &Places) -> Vec<Invariant> {
         let (translations, rotations) = self.motions.split_at(3);
         let plain = |name, applies: bool, worst: Worst, detail: &str| Invariant {
             name,
@@ -271,12 +274,13 @@ impl Invariants {
         }
         let constraint = oracle.is_constraint();
         let at_rest = if constraint { "at damping 0" } else { "" };
+        let symmetric = oracle.is_energy() || (constraint && can_be_undamped(places));
         vec![
             balance("force balance", translations),
             balance("torque balance", rotations),
             equivariance,
             plain("dfdv symmetric", constraint, self.damping_symmetric, ""),
-            plain("dfdx symmetric up to torque", constraint || oracle.is_energy(), self.torque_skew, at_rest),
+            plain("dfdx symmetric up to torque", symmetric, self.torque_skew, at_rest),
         ]
     }
 }
@@ -331,18 +335,29 @@ fn generator(places: &Places, inputs: &[f64], number: usize) -> Vec<f64> {
 struct Undamped {
     state: State,
     outputs: Vec<Bounded>,
+    /// Whether it is at damping 0: whether no other damping is folded into the kernel.
+    is_possible: bool,
+}
+
+/// Whether a constraint's damping may be 0 while its kernel runs: it is given, or it was set to 0.
+fn can_be_undamped(places: &Places) -> bool {
+    let damping = places.signature.parameters.last().and_then(|damping| damping.value.as_ref());
+    damping.is_none_or(|set| set.iter().all(Exact::is_zero))
 }
 
 impl Seen<'_> {
     fn undamped(&self) -> Undamped {
         let mut state = self.state.clone();
         if !self.oracle.is_constraint() {
-            return Undamped { state, outputs: self.outputs.to_vec() };
+            return Undamped { state, outputs: self.outputs.to_vec(), is_possible: true };
+        }
+        if !can_be_undamped(self.places) {
+            return Undamped { state, outputs: self.outputs.to_vec(), is_possible: false };
         }
         let damping = self.places.parameter(self.places.signature.parameters.len() - 1);
         state.values[damping..].fill(0.0);
         let outputs = self.tape.bounds(&state.values, self.errors);
-        Undamped { state, outputs }
+        Undamped { state, outputs, is_possible: true }
     }
 
     fn entry(&self, name: String, expected: f64, computed: f64, tolerance: f64, state: &State) -> Entry {

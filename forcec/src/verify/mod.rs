@@ -374,7 +374,7 @@ impl<'a> Checker<'a> {
     }
 
     fn report(self, subject: &Subject, options: &CheckOptions, coverage: Vec<Coverage>) -> Report {
-        let invariants = self.invariants.finish(self.oracle);
+        let invariants = self.invariants.finish(self.oracle, self.places);
         let mut problems = Vec::new();
         let covered = coverage.iter().filter(|c| c.is_covered());
         let active: usize = covered.clone().map(|c| c.active).sum();

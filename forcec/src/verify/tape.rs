@@ -63,7 +63,8 @@ impl Pair {
             scale += pair.scale;
         }
         let count = pairs.len() as f64;
-        scale *= count + 1.0;
+        // Two of them are added in one order, so that what the sum is says how large its parts are.
+        scale = if pairs.len() > 2 { scale * (count + 1.0) } else { 2.0 * high.abs().max(low.abs() / UNIT) };
         Pair { high, low, error: error + count * UNIT * UNIT * scale, scale }
     }
 
@@ -249,10 +250,23 @@ impl Tape {
     /// The outputs in doubles, and which way the program took to them.
     pub(crate) fn values(&self, inputs: &[f64]) -> Run {
         let mut v: Vec<f64> = Vec::with_capacity(self.operations.len());
+        let mut pairs: BTreeMap<usize, Pair> = BTreeMap::new();
         let mut choices = 0xcbf2_9ce4_8422_2325u64;
         let mut phases = Vec::new();
         let truth = |x: bool| if x { 1.0 } else { 0.0 };
-        for operation in &self.operations {
+        for (index, operation) in self.operations.iter().enumerate() {
+            if self.doubled[index] {
+                let pair = doubled_precision(
+                    operation,
+                    &|x| Bounded { value: v[x], error: 0.0 },
+                    &pairs,
+                    inputs,
+                    None,
+                );
+                pairs.insert(index, pair);
+                v.push(pair.value());
+                continue;
+            }
             let value = match operation {
                 Operation::Constant(c) => c.value,
                 Operation::Input(at) => inputs[*at],
@@ -302,7 +316,7 @@ impl Tape {
         let mut pairs: BTreeMap<usize, Pair> = BTreeMap::new();
         for (index, (operation, doubled)) in self.operations.iter().zip(&self.doubled).enumerate() {
             let mut bounded = if *doubled {
-                let pair = doubled_precision(operation, &v, &pairs, inputs, errors);
+                let pair = doubled_precision(operation, &|x| v[x], &pairs, inputs, Some(errors));
                 pairs.insert(index, pair);
                 pair.rounded()
             } else {
@@ -399,16 +413,17 @@ impl Tape {
 /// An operation in doubled precision.
 fn doubled_precision(
     operation: &Operation,
-    v: &[Bounded],
+    v: &dyn Fn(usize) -> Bounded,
     pairs: &BTreeMap<usize, Pair>,
     inputs: &[f64],
-    errors: &[f64],
+    errors: Option<&[f64]>,
 ) -> Pair {
-    let at = |x: &usize| pairs.get(x).copied().unwrap_or_else(|| Pair::new(v[*x]));
+    let at = |x: &usize| pairs.get(x).copied().unwrap_or_else(|| Pair::new(v(*x)));
+    let error = |at: usize| errors.map_or(0.0, |errors| errors[at]);
     match operation {
         Operation::Difference(a, b) => Pair::sum(&[
-            Pair::new(Bounded { value: inputs[*a], error: errors[*a] }),
-            Pair::new(Bounded { value: -inputs[*b], error: errors[*b] }),
+            Pair::new(Bounded { value: inputs[*a], error: error(*a) }),
+            Pair::new(Bounded { value: -inputs[*b], error: error(*b) }),
         ]),
         Operation::Offset(at, number) => Pair::sum(&[
             Pair::new(Bounded { value: inputs[*at], error: errors[*at] }),
@@ -435,7 +450,7 @@ fn doubled_precision(
         Operation::Quotient(x, y) => at(x).product(at(y).recip()),
         Operation::Call(_, x) => at(&x[0]).sqrt(),
         Operation::Select(c, x, y) => {
-            let (condition, x, y) = (v[*c], at(x), at(y));
+            let (condition, x, y) = (v(*c), at(x), at(y));
             let chosen = if condition.value != 0.0 { x } else { y };
             if condition.error == 0.0 {
                 return chosen;
