@@ -8,11 +8,13 @@ use crate::diagnostic::Diagnostics;
 use crate::exact::Exact;
 pub use crate::files::BuildError;
 use crate::files::{self, Output, Unit};
+use crate::identifiers::is_module;
 use crate::kernel::{Precision, Target};
 use crate::layouts::{LANES, Layout};
 use crate::outputs::Part;
 #[cfg(feature = "scenes")]
 use crate::scene::{self, Listener};
+use crate::targets::MADE;
 use crate::{Effort, Mode};
 use std::path::{Path, PathBuf};
 
@@ -186,9 +188,13 @@ impl Build {
         precisions.sort();
         precisions.dedup();
         let failed = |error| BuildError::from(vec![error]);
-        let mut outputs = files::outputs(&units, &out, &targets, &precisions).map_err(failed)?;
+        let scene = self.scene.as_deref();
+        let mut outputs = files::outputs(&units, &out, &targets, &precisions, scene).map_err(failed)?;
         if targets.contains(&Target::Rust) {
-            outputs.push(modules(&out, &outputs));
+            let list = [modules(&out, &outputs)?];
+            let inputs = units.iter().map(|unit| unit.path.as_path()).chain(scene);
+            files::spare_inputs(inputs, &list).map_err(failed)?;
+            outputs.extend(list);
         }
         files::write(&out, &outputs).map_err(failed)?;
         Ok((outputs.into_iter().map(|output| output.path).collect(), warnings, sources))
@@ -260,12 +266,22 @@ struct Kernels {
     sources: Vec<PathBuf>,
 }
 
-/// `mod.rs`, which names the Rust files beside it.
-fn modules(folder: &Path, outputs: &[Output]) -> Output {
-    let rust = outputs.iter().filter(|output| output.path.extension().is_some_and(|ending| ending == "rs"));
-    let stems = rust.filter_map(|output| output.path.file_stem()).map(|stem| stem.to_string_lossy());
-    let text: String = stems.map(|stem| format!("pub mod {stem};\n")).collect();
-    Output { path: folder.join("mod.rs"), text }
+/// `mod.rs`, which names the Rust files beside it; an error for each that Rust has no module for.
+fn modules(folder: &Path, outputs: &[Output]) -> Result<Output, BuildError> {
+    let mut text = format!("// {MADE}the files beside it; the code is yours.\n");
+    let mut errors = Vec::new();
+    for path in
+        outputs.iter().map(|output| &output.path).filter(|path| path.extension() == Some("rs".as_ref()))
+    {
+        let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        if is_module(&stem) {
+            text.push_str(&format!("pub mod {stem};\n"));
+        } else {
+            errors
+                .push(format!("error: `{stem}` is not a valid module name\n  = help: rename the force file"));
+        }
+    }
+    if errors.is_empty() { Ok(Output { path: folder.join("mod.rs"), text }) } else { Err(errors.into()) }
 }
 
 /// Each message on a line, as cargo wants it.

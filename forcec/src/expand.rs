@@ -7,6 +7,7 @@
 
 use crate::compile::{Stages, compile_file, fitted};
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::identifiers::is_module;
 use crate::kernel::Precision;
 use crate::layouts::Layout;
 use crate::options::Request;
@@ -126,10 +127,11 @@ pub fn file(input: TokenStream) -> TokenStream {
         }
     };
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let Ok(name) = syn::parse_str::<Ident>(&stem) else {
+    if !is_module(&stem) {
         let label = format!("`{stem}` is no name of a module");
         return failed("a force file names a module", label, "rename the file");
-    };
+    }
+    let name = format_ident!("{stem}");
     let shown = included.path.value();
     let result = with_own_tokens(|| {
         let file = syntax::parse(&Source::new(shown, text.clone()))?;

@@ -11,9 +11,11 @@ use crate::layouts::Layout;
 use crate::span::Source;
 use crate::specialize::Specialization;
 use crate::{syntax, targets};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Why a build failed: every message, in order.
 #[derive(Clone, Debug, Default)]
@@ -119,7 +121,7 @@ pub(crate) fn read_all(named: &[PathBuf]) -> Found {
     for path in named {
         find(path, true, &mut paths, &mut errors);
     }
-    let mut seen = std::collections::BTreeSet::new();
+    let mut seen = BTreeSet::new();
     paths.retain(|path| seen.insert(fs::canonicalize(path).unwrap_or_else(|_| path.clone())));
     let mut sources = Vec::new();
     for path in paths {
@@ -170,14 +172,17 @@ pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
     errors.into_iter().map(line).collect()
 }
 
-/// The files that targets make of compiled ones, in the order of their paths.
+/// The files that targets make of compiled ones, in the order of their paths. None of them is a force file, or the scene.
 pub(crate) fn outputs(
     units: &[Unit],
     folder: &Path,
     targets: &[Target],
     precisions: &[Precision],
+    scene: Option<&Path>,
 ) -> Result<Vec<Output>, String> {
     let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
+    // Where names are one file whatever the case of their letters, these would be.
+    let mut spelled: BTreeMap<String, String> = BTreeMap::new();
     for unit in units {
         let printed = unit.files(precisions).map_err(|errors| errors.to_string())?;
         if targets.contains(&Target::C) {
@@ -187,13 +192,18 @@ pub(crate) fn outputs(
             printed.iter().flat_map(|file| targets.iter().flat_map(|target| targets::emit(file, *target)));
         for generated in printed {
             let path = folder.join(&generated.name);
+            let spelling =
+                spelled.entry(generated.name.to_lowercase()).or_insert_with(|| generated.name.clone());
+            let other = *spelling != generated.name;
             let old = files.insert(path.clone(), generated.text);
-            if old.is_some_and(|old| old != files[&path]) {
+            if other || old.is_some_and(|old| old != files[&path]) {
                 return Err(collision(unit, &path));
             }
         }
     }
-    Ok(files.into_iter().map(|(path, text)| Output { path, text }).collect())
+    let outputs: Vec<Output> = files.into_iter().map(|(path, text)| Output { path, text }).collect();
+    spare_inputs(units.iter().map(|unit| unit.path.as_path()).chain(scene), &outputs)?;
+    Ok(outputs)
 }
 
 /// The headers of the C standard library, without their ending.
@@ -343,30 +353,94 @@ pub(crate) struct Output {
     pub(crate) text: String,
 }
 
-/// Writes files so that each is there whole or as it was: first all of them beside their places, then renamed.
+/// That no output is one of the inputs, whatever path leads to it.
+pub(crate) fn spare_inputs<'a>(
+    inputs: impl Iterator<Item = &'a Path>,
+    outputs: &[Output],
+) -> Result<(), String> {
+    let inputs: Vec<(&Path, Identity)> = inputs.filter_map(|path| Some((path, identity(path)?))).collect();
+    let errors = outputs.iter().filter_map(|output| {
+        let own = identity(&output.path)?;
+        let (input, _) = inputs.iter().find(|(_, input)| *input == own)?;
+        Some(format!(
+            "error: the output `{}` is the input `{}`\n  = help: write into another folder",
+            output.path.display(),
+            input.display()
+        ))
+    });
+    all_fine(errors.collect())
+}
+
+fn all_fine(errors: Vec<String>) -> Result<(), String> {
+    if errors.is_empty() { Ok(()) } else { Err(errors.join("\n\n")) }
+}
+
+/// What a file is by any of its paths: links are followed, hard links are one file.
+#[cfg(unix)]
+type Identity = (u64, u64);
+
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<Identity> {
+    use std::os::unix::fs::MetadataExt;
+    fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()))
+}
+
+/// What a file is by any of its paths: links are followed, and the system spells the names.
+#[cfg(not(unix))]
+type Identity = PathBuf;
+
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<Identity> {
+    fs::canonicalize(path).ok()
+}
+
+/// An output whose file has to change.
+struct Change<'a> {
+    output: &'a Output,
+    /// Where it is written: behind the links, if its path is one.
+    place: PathBuf,
+    /// What holds for the file that is there.
+    old: Option<fs::Metadata>,
+}
+
+/// Writes files so that each is there whole or as it was: first all of them beside their places, then renamed. Replaces no
+/// file that forcec did not make.
 pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
-    let failed =
-        |path: &Path, error: std::io::Error| format!("error: cannot write `{}`: {error}", path.display());
     if folder.exists() && !folder.is_dir() {
         return Err(failed(folder, std::io::ErrorKind::NotADirectory.into()));
     }
     fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
-    let mut waiting: Vec<(PathBuf, &Path)> = Vec::new();
-    let written = (|| {
-        for output in outputs {
-            if fs::read(&output.path).is_ok_and(|old| old == output.text.as_bytes()) {
-                continue;
+    let places = outputs.iter().map(|output| place(&output.path));
+    let places = places.collect::<Result<Vec<PathBuf>, String>>()?;
+    let folders: BTreeSet<PathBuf> = places.iter().map(|place| folder_of(place)).collect();
+    // Builds into one folder come one after another. Each takes its locks in the same order.
+    let locks: Vec<(PathBuf, Option<fs::File>)> =
+        folders.into_iter().map(|folder| (folder.clone(), lock(&folder))).collect();
+    for (folder, _) in locks.iter().filter(|(_, lock)| lock.is_some()) {
+        sweep(folder);
+    }
+    let mut changes: Vec<Change<'_>> = Vec::new();
+    let mut errors = Vec::new();
+    for (output, place) in outputs.iter().zip(places) {
+        match change(output, place) {
+            Ok(Some(change)) if changes.iter().any(|other| other.place == change.place) => {
+                let path = output.path.display();
+                errors.push(format!("error: `{path}` is a link to another output\n  = help: remove it"));
             }
-            if output.path.is_dir() {
-                return Err(failed(&output.path, std::io::ErrorKind::IsADirectory.into()));
-            }
-            let name = output.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-            let temporary = folder.join(format!(".{name}.{}", std::process::id()));
-            waiting.push((temporary.clone(), &output.path));
-            fs::write(&temporary, &output.text).map_err(|error| failed(&output.path, error))?;
+            Ok(change) => changes.extend(change),
+            Err(error) => errors.push(error),
         }
-        for (temporary, path) in &waiting {
-            fs::rename(temporary, path).map_err(|error| failed(path, error))?;
+    }
+    all_fine(errors)?;
+    let mut waiting: Vec<(PathBuf, &Change<'_>)> = Vec::new();
+    let written = (|| {
+        for change in &changes {
+            let temporary = temporary(&change.place);
+            waiting.push((temporary.clone(), change));
+            fill(&temporary, change).map_err(|error| failed(&change.output.path, error))?;
+        }
+        for (temporary, change) in &waiting {
+            fs::rename(temporary, &change.place).map_err(|error| failed(&change.output.path, error))?;
         }
         Ok(())
     })();
@@ -377,4 +451,125 @@ pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
         }
     }
     written
+}
+
+fn failed(path: &Path, error: std::io::Error) -> String {
+    format!("error: cannot write `{}`: {error}", path.display())
+}
+
+/// The most links that a path is followed through.
+const MOST_LINKS: usize = 40;
+
+/// Where a file is written: behind the links, if its path is one. What they lead to need not be there.
+fn place(path: &Path) -> Result<PathBuf, String> {
+    let mut place = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        match fs::read_link(&place) {
+            Ok(target) => place = folder_of(&place).join(target),
+            Err(_) => {
+                // Folders on the way are spelled in one way.
+                let folder = fs::canonicalize(folder_of(&place)).map_err(|error| failed(path, error))?;
+                return Ok(folder.join(place.file_name().unwrap_or_default()));
+            }
+        }
+    }
+    Err(format!("error: cannot write `{}`: its links lead nowhere", path.display()))
+}
+
+/// The folder that a file is in.
+fn folder_of(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new(".")).to_owned()
+}
+
+/// Keeps other builds out of a folder while it lives; nothing where the system does not lock folders.
+fn lock(folder: &Path) -> Option<fs::File> {
+    let file = fs::File::open(folder).ok()?;
+    file.lock().ok().map(|()| file)
+}
+
+/// What the name of a temporary file ends with, before the process and a number.
+const TEMPORARY: &str = ".forcec-";
+
+/// A name that no other build and no other thread takes.
+fn temporary(place: &Path) -> PathBuf {
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    let name = place.file_name().unwrap_or_default().to_string_lossy();
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    place.with_file_name(format!(".{name}{TEMPORARY}{}-{number}", std::process::id()))
+}
+
+/// Removes what builds that were killed have left in a folder that is locked: none is at work there.
+fn sweep(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let numbers = name.rsplit_once(TEMPORARY).filter(|(name, _)| name.starts_with('.'));
+        let numbers = numbers.and_then(|(_, numbers)| numbers.split_once('-'));
+        let digits = |text: &str| !text.is_empty() && text.bytes().all(|digit| digit.is_ascii_digit());
+        if numbers.is_some_and(|(process, number)| digits(process) && digits(number)) {
+            // One that cannot be removed is in nobody's way.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// What has to change for an output; nothing if its file has this text. An error if what is there is not ours.
+fn change(output: &Output, place: PathBuf) -> Result<Option<Change<'_>>, String> {
+    let path = &output.path;
+    let old = match fs::metadata(&place) {
+        Ok(old) => old,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Ok(Some(Change { output, place, old: None }));
+        }
+        Err(error) => return Err(failed(path, error)),
+    };
+    if old.is_dir() {
+        return Err(failed(path, std::io::ErrorKind::IsADirectory.into()));
+    }
+    let foreign = |what: &str| {
+        let help = "write into another folder, or move the file away";
+        Err(format!("error: `{}` {what}; it is left as it is\n  = help: {help}", path.display()))
+    };
+    if !old.is_file() {
+        return foreign("is no regular file");
+    }
+    let text = fs::read(&place).map_err(|error| failed(path, error))?;
+    if text == output.text.as_bytes() {
+        return Ok(None);
+    }
+    let ours = text.is_empty()
+        || std::str::from_utf8(&text).is_ok_and(|text| targets::is_made(text) || names_kernels(text, path));
+    if ours { Ok(Some(Change { output, place, old: Some(old) })) } else { foreign("was not made by forcec") }
+}
+
+/// Whether a text is a list of modules all of which are ours, as build scripts wrote it without a head line.
+fn names_kernels(text: &str, path: &Path) -> bool {
+    text.lines().all(|line| {
+        let stem = line.strip_prefix("pub mod ").and_then(|line| line.strip_suffix(';'));
+        let module = stem.map(|stem| path.with_file_name(format!("{stem}.rs")));
+        module.is_some_and(|module| fs::read_to_string(module).is_ok_and(|text| targets::is_made(&text)))
+    })
+}
+
+/// Writes a file beside its place, with the permissions of the one that it replaces.
+fn fill(temporary: &Path, change: &Change<'_>) -> std::io::Result<()> {
+    let mut options = fs::OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    if let Some(old) = &change.old {
+        use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+        options.mode(old.mode() & 0o600);
+    }
+    let mut file = options.open(temporary)?;
+    file.write_all(change.output.text.as_bytes())?;
+    if let Some(old) = &change.old {
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt;
+            // Only a privileged build can give a file back to its owner.
+            let _ = std::os::unix::fs::fchown(&file, Some(old.uid()), Some(old.gid()));
+        }
+        file.set_permissions(old.permissions())?;
+    }
+    Ok(())
 }

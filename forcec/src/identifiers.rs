@@ -68,6 +68,13 @@ const LOCAL_WORDS: &str = "acos acosh asin asinh atan atan2 atanh cbrt ceil copy
     isfinite isnormal fpclassify abs labs div index main printf malloc free time clock near far min max small hyper \
     interface evaluate f32 f64 usize core std foo baz quux";
 
+/// Whether Rust has a module of this name, in a file of this name.
+pub(crate) fn is_module(stem: &str) -> bool {
+    let letters = stem.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+    let first = stem.bytes().next().is_some_and(|byte| !byte.is_ascii_digit());
+    letters && first && stem != "_" && stem != "Self" && !is_in(stem, RUST_WORDS)
+}
+
 fn is_in(word: &str, list: &str) -> bool {
     list.split_ascii_whitespace().any(|entry| entry == word)
 }

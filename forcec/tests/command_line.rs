@@ -235,6 +235,224 @@ fn a_place_that_cannot_be_written_is_named() {
     }
 }
 
+// ---- what is left alone
+
+/// Every file below a folder, with its text.
+fn texts(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut pending = vec![folder.to_owned()];
+    while let Some(folder) = pending.pop() {
+        for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            match fs::read(&entry) {
+                Ok(text) => found.push((entry, text)),
+                Err(_) => pending.push(entry),
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn no_output_replaces_an_input() {
+    let place = Place::new("inputs");
+    place.write("a.rs", SPRING).write("f/a.rs", SPRING).write("f/deep/b.rs", DRAG);
+    place.write("s/a.rs", SPRING).write(
+        "s/scene.toml",
+        "forces = \"a.rs\"\nout = \".\"\ntarget = \"rust\"\n[[kernel]]\nfunction = \"spring\"\n",
+    );
+    let mut lines = vec![
+        "build a.rs --out . --target rust",
+        "build a.rs --out ./f/.. --target rust --target c",
+        "build f/deep/../a.rs --out f --target rust",
+        "build f --out f --target rust",
+        "build f/deep --out f/deep --target rust",
+        "build --scene s/scene.toml",
+        "build --scene s/scene.toml --out s/../s",
+        "build a.rs --out . --target rust --check",
+    ];
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("f", place.folder.join("link")).unwrap();
+        fs::create_dir(place.folder.join("o")).unwrap();
+        std::os::unix::fs::symlink("../a.rs", place.folder.join("o/a.rs")).unwrap();
+        fs::create_dir(place.folder.join("h")).unwrap();
+        fs::hard_link(place.folder.join("a.rs"), place.folder.join("h/a.rs")).unwrap();
+        lines.extend([
+            "build f --out link --target rust",
+            "build link/a.rs --out f --target rust",
+            "build a.rs --out o --target rust",
+            "build o/a.rs --out . --target rust",
+            "build a.rs --out h --target rust",
+        ]);
+    }
+    let before = texts(&place.folder);
+    for line in lines {
+        assert_has(
+            &place.refused(line),
+            &["error: the output `", "` is the input `", "= help: write into another folder"],
+        );
+        assert_eq!(texts(&place.folder), before, "{line}");
+    }
+    for out in [".", "./f/.."] {
+        let build = forcec::Build::new().input(place.folder.join("a.rs")).out(place.folder.join(out));
+        assert_has(&build.try_run().unwrap_err().to_string(), &["a.rs` is the input `"]);
+    }
+    let mut command = place.command("build a.rs --target rust --out");
+    assert_eq!(command.arg(&place.folder).output().unwrap().status.code(), Some(2));
+    assert_eq!(texts(&place.folder), before);
+}
+
+#[test]
+fn no_output_replaces_what_forcec_did_not_make() {
+    let place = Place::new("foreign");
+    place
+        .write("a.rs", SPRING)
+        .write("a_packed.rs", SPRING)
+        .write("main.rs", DRAG)
+        .write("main.c", "int main(void) { return 0; }\n");
+    place.write("forcec.h", "/* What every kernel made by forcec includes, I think. */\n");
+    place.write("late/a.c", "/* mine */\n/*\n * Made by forcec from a.rs; the code is yours.\n */\nint x;\n/*\n * Made by forcec from a.rs; the code is yours.\n */\n");
+    place.write("late/a.h", b"\xff\xfe");
+    let before = texts(&place.folder);
+    for (line, file) in [
+        ("build a.rs --out . --target rust --layout packed", "./a_packed.rs"),
+        ("build main.rs --out .", "./main.c"),
+        ("build a.rs --out .", "./forcec.h"),
+        ("build a.rs --out late", "late/a.h"),
+    ] {
+        let help = "= help: write into another folder, or move the file away";
+        assert_has(&place.refused(line), &[&format!("error: `{file}` was not made by forcec"), help]);
+        assert_eq!(texts(&place.folder), before, "{line}");
+    }
+    let build = |file: &str| forcec::Build::new().input(place.folder.join(file)).out(place.folder.join("r"));
+    place.write("r/mod.rs", "pub mod mine;\n").write("r/mine.rs", "");
+    assert_has(&build("a.rs").try_run().unwrap_err().to_string(), &["mod.rs` was not made by forcec"]);
+    assert_eq!(place.files("r"), ["mine.rs", "mod.rs"]);
+    fs::remove_file(place.folder.join("r/mod.rs")).unwrap();
+    // What is ours is replaced, and so is a list of what is ours, and an empty file.
+    build("a.rs").try_run().unwrap();
+    place.write("r/mod.rs", "pub mod a;\n");
+    build("main.rs").try_run().unwrap();
+    assert_has(&place.read("r/mod.rs"), &["// Made by forcec from the files beside it", "pub mod main;\n"]);
+    place
+        .write("docs.rs", format!("//! Bodies on springs.\n//!\n//! By hand.\n\n{SPRING}"))
+        .write("o/docs.c", "");
+    place.succeeds("build docs.rs --out o --target c --target rust");
+    place.succeeds("build docs.rs --out o --target c --target rust --real f32");
+    assert_has(&place.read("o/docs.c"), &["spring_f32"]);
+}
+
+#[test]
+fn build_scripts_make_modules() {
+    let place = Place::new("modules");
+    for name in ["a-b", "fn", "mod", "gen", "self", "2d", "a b"] {
+        place.write(&format!("{name}/{name}.rs"), SPRING);
+        let build = || forcec::Build::new().input(place.folder.join(name)).out(place.folder.join("o"));
+        let error = build().try_run().unwrap_err().to_string();
+        assert_has(
+            &error,
+            &[&format!("error: `{name}` is not a valid module name"), "rename the force file"],
+        );
+        assert!(place.files("o").is_empty());
+        let c = build().out(place.folder.join(name).join("c")).target(forcec::Target::C);
+        c.try_run().unwrap();
+    }
+}
+
+#[test]
+fn outputs_differ_in_more_than_case() {
+    let place = Place::new("case");
+    place.write("f/a.rs", SPRING).write("f/A.rs", DRAG);
+    assert_has(
+        &place.refused("build f --out o"),
+        &["would overwrite another file of this build", "different names"],
+    );
+    assert!(place.files("o").is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn links_and_permissions_are_kept() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let place = Place::new("kept");
+    place.write("spring.rs", SPRING).succeeds("build spring.rs --out o");
+    let path = |name: &str| place.folder.join(name);
+    let mode = |name: &str| fs::metadata(path(name)).unwrap().permissions().mode() & 0o777;
+    set_mode(&path("o/spring.c"), 0o600);
+    fs::create_dir(path("elsewhere")).unwrap();
+    fs::rename(path("o/spring.h"), path("elsewhere/spring.h")).unwrap();
+    symlink("middle.h", path("o/spring.h")).unwrap();
+    symlink("../elsewhere/spring.h", path("o/middle.h")).unwrap();
+    fs::remove_file(path("o/forcec.h")).unwrap();
+    symlink("../elsewhere/forcec.h", path("o/forcec.h")).unwrap();
+    place.succeeds("build spring.rs --out o --real f32");
+    assert_eq!(mode("o/spring.c"), 0o600);
+    assert_has(&place.read("o/spring.c"), &["spring_f32"]);
+    assert!(["o/spring.h", "o/middle.h", "o/forcec.h"].iter().all(|name| path(name).is_symlink()));
+    assert_has(&place.read("elsewhere/spring.h"), &["spring_f32"]);
+    assert_eq!(place.files("elsewhere"), ["forcec.h", "spring.h"]);
+    assert_eq!(place.files("o"), ["forcec.h", "middle.h", "spring.c", "spring.h"]);
+    // Two outputs behind links to one file; links in a circle.
+    fs::remove_file(path("o/spring.c")).unwrap();
+    symlink("spring.h", path("o/spring.c")).unwrap();
+    assert_has(&place.refused("build spring.rs --out o"), &["is a link to another output"]);
+    fs::remove_file(path("o/spring.c")).unwrap();
+    symlink("spring.c", path("o/spring.c")).unwrap();
+    assert_has(&place.refused("build spring.rs --out o"), &["`o/spring.c`: its links lead nowhere"]);
+    assert_eq!(place.files("o"), ["forcec.h", "middle.h", "spring.c", "spring.h"]);
+}
+
+/// Of builds at the same time each succeeds, and each file is whole, of one of them.
+#[test]
+fn builds_into_one_folder_do_not_meet() {
+    let place = Place::new("at_once");
+    place.write("spring.rs", SPRING).write("drag.rs", DRAG);
+    let (options, mut wanted) =
+        (["--real f32", "--real f64", "--real f32 --real f64", "--mode strict --real f32"], Vec::new());
+    for (index, options) in options.iter().enumerate() {
+        place.succeeds(&format!("build . --out alone{index} {options}"));
+        wanted.push(place.read(&format!("alone{index}/spring.c")));
+    }
+    for _ in 0..8 {
+        let runs = options.iter().cycle().take(12);
+        let runs = runs.map(|options| {
+            place.command(&format!("build . --out o {options}")).stderr(Stdio::piped()).spawn().unwrap()
+        });
+        for run in runs.collect::<Vec<_>>() {
+            let output = run.wait_with_output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        }
+        let threads: Vec<_> = (0..12)
+            .map(|k| {
+                let real = [forcec::Precision::F32, forcec::Precision::F64][k % 2];
+                let build =
+                    forcec::Build::new().input(place.folder.join("spring.rs")).out(place.folder.join("t"));
+                std::thread::spawn(move || build.real(real).try_run().map_err(|error| error.to_string()))
+            })
+            .collect();
+        threads.into_iter().for_each(|thread| _ = thread.join().unwrap().unwrap());
+        assert!(wanted.contains(&place.read("o/spring.c")));
+        assert_eq!(place.files("o"), ["drag.c", "drag.h", "forcec.h", "spring.c", "spring.h"]);
+        assert_eq!(place.files("t"), ["mod.rs", "spring.rs"]);
+    }
+}
+
+/// A build that was killed leaves a file that the next one removes; what is called nearly so stays.
+#[cfg(unix)]
+#[test]
+fn what_killed_builds_left_is_removed() {
+    let place = Place::new("killed");
+    place.write("spring.rs", SPRING);
+    place
+        .write("o/.spring.c.forcec-4711-0", "half")
+        .write("o/.old.h.forcec-1-23", "")
+        .write("o/.forcec-notes", "mine");
+    place.write("o/x.forcec-1-2", "mine");
+    place.succeeds("build spring.rs --out o");
+    assert_eq!(place.files("o"), [".forcec-notes", "forcec.h", "spring.c", "spring.h", "x.forcec-1-2"]);
+}
+
 // ---- inputs
 
 #[test]

@@ -35,8 +35,14 @@ impl Build {
             (out, Some((own, request))) => (out.unwrap_or(own), request.with(&self.printed.0)),
             (out, None) => (out.unwrap_or_default(), printed),
         };
-        let outputs =
-            files::outputs(&units, &out, &printed.targets_or(Target::C), &printed.precisions_or_double());
+        let scene_file = self.input.scene.as_deref();
+        let outputs = files::outputs(
+            &units,
+            &out,
+            &printed.targets_or(Target::C),
+            &printed.precisions_or_double(),
+            scene_file,
+        );
         let outputs = outputs.map_err(Failure::Input)?;
         if !self.check {
             return files::write(&out, &outputs).map_err(Failure::Input);

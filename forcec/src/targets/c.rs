@@ -18,7 +18,9 @@ use crate::schedule::print;
 use crate::schedule::split::Section;
 use crate::targets::parts::{Needed, needed};
 use crate::targets::routine::{Routine, Way, routine};
-use crate::targets::{body, field_summary, lane_loop, parameter_summary, reads, stored_as, template};
+use crate::targets::{
+    COMMON, MADE, body, field_summary, lane_loop, parameter_summary, reads, stored_as, template,
+};
 use dialect::{C, literal};
 use std::f64::consts::PI;
 
@@ -64,10 +66,8 @@ fn several_suffix(lanes: usize) -> String {
 
 /// `forcec.h`: bodies, constants and special functions, in both precisions.
 pub fn header_common() -> String {
-    let mut text = String::from(
-        "/*\n * What every kernel made by forcec includes: bodies and special functions.\n */\n\
-         #ifndef FORCEC_H\n#define FORCEC_H\n\n#include <math.h>\n\n",
-    );
+    let mut text =
+        format!("/*\n * {COMMON}\n */\n#ifndef FORCEC_H\n#define FORCEC_H\n\n#include <math.h>\n\n");
     let pi = Exact::from_f64(PI).expect("finite");
     for precision in PRECISIONS {
         let name = template("FORCEC_PI{F}", Function::Pi, precision);
@@ -457,7 +457,7 @@ fn file_remark(file: &File) -> Vec<String> {
 }
 
 fn made(file: &File) -> String {
-    format!("Made by forcec from {}.rs; the code is yours.", file.stem)
+    format!("{MADE}{}.rs; the code is yours.", file.stem)
 }
 
 /// A block comment; empty for no lines.

@@ -28,6 +28,21 @@ pub struct Generated {
     pub text: String,
 }
 
+/// What the head line of every generated file but `forcec.h` begins with.
+pub(crate) const MADE: &str = "Made by forcec from ";
+
+/// The head line of `forcec.h`.
+const COMMON: &str = "What every kernel made by forcec includes: bodies and special functions.";
+
+/// Whether a text is that of a generated file: the comment it begins with has a head line of ours.
+pub(crate) fn is_made(text: &str) -> bool {
+    let comment = |line: &&str| ["//", "/*", " *"].iter().any(|mark| line.starts_with(mark));
+    let bare = |line: &str| line.trim_start_matches(['/', '*', '!', ' ']).trim_end().to_owned();
+    let ours =
+        |line: String| line == COMMON || line.starts_with(MADE) && line.ends_with("; the code is yours.");
+    text.lines().take_while(comment).map(bare).any(ours)
+}
+
 /// Every file of a target, in a fixed order.
 pub fn emit(file: &File, target: Target) -> Vec<Generated> {
     let named = |name: String, text: String| Generated { name, text };

@@ -18,7 +18,7 @@ use crate::schedule::split::Section;
 use crate::targets::parts::{Needed, needed};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
-    body, field_summary, kinds, lane_loop, parameter_summary, reads, rust_body, sentence, template,
+    MADE, body, field_summary, kinds, lane_loop, parameter_summary, reads, rust_body, sentence, template,
 };
 use constants::constants;
 use dialect::Rust;
@@ -43,7 +43,7 @@ pub fn module(file: &File) -> String {
     if !file.docs.is_empty() {
         text.push_str("//!\n");
     }
-    text.push_str(&format!("//! Made by forcec from `{}.rs`; the code is yours.\n", file.stem));
+    text.push_str(&format!("//! {MADE}`{}.rs`; the code is yours.\n", file.stem));
     for &precision in &file.precisions {
         let lanes = file.kernels.first().map_or(1, |kernel| kernel.lanes);
         for kind in kinds(file.kernels.iter().map(|kernel| &kernel.schedule.signature)) {
