@@ -206,46 +206,23 @@ pub(crate) fn outputs(
     Ok(outputs)
 }
 
-/// The headers of the C standard library, without their ending.
-const HEADERS: [&str; 31] = [
-    "assert",
-    "complex",
-    "ctype",
-    "errno",
-    "fenv",
-    "float",
-    "inttypes",
-    "iso646",
-    "limits",
-    "locale",
-    "math",
-    "setjmp",
-    "signal",
-    "stdalign",
-    "stdarg",
-    "stdatomic",
-    "stdbit",
-    "stdbool",
-    "stdckdint",
-    "stddef",
-    "stdint",
-    "stdio",
-    "stdlib",
-    "stdnoreturn",
-    "string",
-    "tgmath",
-    "threads",
-    "time",
-    "uchar",
-    "wchar",
-    "wctype",
-];
+/// Headers of the C standard library, of its implementations and of POSIX, without their ending: a folder that is given with
+/// `-I` comes before theirs.
+const HEADERS: &str = "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg \
+    stdatomic stdbit stdbool stdckdint stddef stdint stdio stdlib stdmchar stdnoreturn string tgmath threads time uchar wchar \
+    wctype \
+    alloca byteswap endian error features features-time64 getopt libio malloc memory stdc-predef syslimits ucontext values \
+    xlocale _ansi _g_config _mingw _newlib_version availability availabilitymacros availabilityversions \
+    corecrt crtdefs newlib no_sal2 sal sdkddkver stdbool stdfix targetconditionals unwind vadefs vcruntime yvals \
+    aio cpio devctl dirent dlfcn fcntl fmtmsg fnmatch ftw glob grp iconv langinfo libgen libintl monetary mqueue ndbm netdb \
+    nl_types poll pthread pwd regex sched search semaphore spawn strings stropts syslog tar termios trace ulimit unistd utime \
+    utmpx wordexp direct io process windows";
 
 /// Whether C can include a header of this name, and means no other by it.
 fn includable(unit: &Unit, stem: &str) -> Result<(), String> {
-    let why = if HEADERS.contains(&stem) {
-        format!("`{stem}.h` would hide the header <{stem}.h> of C")
-    } else if stem.contains(['"', '\\']) || stem.contains(char::is_control) {
+    let why = if HEADERS.split_ascii_whitespace().any(|name| stem.eq_ignore_ascii_case(name)) {
+        format!("`{stem}.h` would hide the header <{stem}.h> of the C library")
+    } else if stem.contains(['"', '\\']) || stem.contains(|c: char| c.is_control() || targets::turns(c)) {
         "C cannot include a header of such a name".to_owned()
     } else {
         return Ok(());
@@ -319,7 +296,10 @@ pub(crate) fn duplicates(units: &[Unit]) -> Vec<String> {
         for function in &unit.compiled.functions {
             let name = function.kernel.name.as_str();
             let mut meets = None;
-            for item in defined_for(name).into_iter().filter(|(target, _)| *target == Target::C) {
+            for item in defined_for(name, &function.kernel.layout.tables())
+                .into_iter()
+                .filter(|(target, _)| *target == Target::C)
+            {
                 let first = *defined.entry(item).or_insert((index, name));
                 meets = meets.or((first != (index, name)).then_some(first));
             }

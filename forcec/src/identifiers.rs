@@ -207,14 +207,12 @@ pub fn kernel_name(kernel: &str, target: Target, suffix: &str) -> String {
     }
 }
 
-/// Everything that is defined for a kernel of this name beside other kernels.
-pub(crate) fn defined_for(kernel: &str) -> Vec<(Target, String)> {
+/// Everything that is defined for a kernel of this name beside other kernels, with the tables that its layout has in C.
+pub(crate) fn defined_for(kernel: &str, tables: &[String]) -> Vec<(Target, String)> {
     let c = ["_f64", "_params_f64", "_out_f64", "_prepare_f64", "_prepared_f64"];
-    let suffixes = [(Target::C, c.as_slice()), (Target::Rust, &["", "_f32"])];
-    let named = |(target, suffixes): (Target, &[&'static str])| {
-        suffixes.iter().map(move |suffix| (target, kernel_name(kernel, target, suffix))).collect::<Vec<_>>()
-    };
-    suffixes.into_iter().flat_map(named).collect()
+    let c = c.into_iter().chain(tables.iter().map(String::as_str)).map(|suffix| (Target::C, suffix));
+    let suffixes = c.chain(["", "_f32"].map(|suffix| (Target::Rust, suffix)));
+    suffixes.map(|(target, suffix)| (target, kernel_name(kernel, target, suffix))).collect()
 }
 
 #[cfg(test)]

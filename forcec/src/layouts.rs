@@ -148,6 +148,17 @@ impl Layout {
         if lanes > 1 { format!("{layout}_x{lanes}") } else { layout }
     }
 
+    /// What stands behind a kernel's name in the names of the tables that its header has in C.
+    pub(crate) fn tables(self) -> Vec<String> {
+        let table = match self.row().place {
+            Place::Shared => "_f64",
+            Place::Triangle => "_triangle_f64",
+            Place::Itself | Place::Bodies => return Vec::new(),
+        };
+        let parts = Part::CHOICES.iter().flat_map(|(_, parts)| *parts);
+        parts.map(|part| format!("_{part}{table}")).collect()
+    }
+
     /// The program whose results stand as this layout has them, with the way back; none if that is the program itself.
     /// Some results are known to be symmetric.
     pub fn lay(self, program: &Program, symmetric: &[Part]) -> Option<(Program, Packing)> {

@@ -657,12 +657,13 @@ fn blocks_of_a_symmetric_matrix_are_related() {
 #[test]
 fn headers_are_told_apart() {
     let place = Place::new("headers");
-    place.write("math.rs", SPRING).write("a\"b.rs", SPRING);
+    place.write("math.rs", SPRING).write("a\"b.rs", SPRING).write("Features.rs", SPRING);
     assert_has(
         &place.refused("build math.rs --out k"),
         &["would hide the header <math.h>", "--> math.rs", "rename"],
     );
     assert_has(&place.refused("build a\"b.rs --out k"), &["C cannot include", "rename the force file"]);
+    assert_has(&place.refused("build Features.rs --out k"), &["would hide the header <Features.h>"]);
     place.succeeds("build math.rs --out k --target rust");
 }
 

@@ -197,3 +197,19 @@ fn wrong_scenes() {
     let output = forcec(&folder, "build --scene scene.toml --lanes 4");
     assert!(String::from_utf8_lossy(&output.stderr).contains("a scene says itself"), "{output:?}");
 }
+
+/// The table of a packed kernel is a name in C like that of any kernel.
+#[test]
+fn tables_meet_kernels() {
+    let scene = "forces = [\"p.rs\"]\nout = \"k\"\n[[kernel]]\nfunction = \"p\"\nlayout = \"packed\"\n\
+                 [[kernel]]\nfunction = \"p_packed_dfdx\"\n";
+    let folder = place("tables", scene);
+    let text = ["p", "p_packed_dfdx"].map(|name| {
+        format!("#[energy]\npub fn {name}(a: Particle) -> Real {{ a.position.norm_squared() }}\n")
+    });
+    std::fs::write(folder.join("p.rs"), text.concat()).unwrap();
+    let output = forcec(&folder, "build --scene scene.toml");
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.contains("`p_packed_dfdx`"), "{message}");
+}

@@ -4,7 +4,9 @@
 //! something that shares no code with it: 320-bit arithmetic, a C compiler, rustc, clippy.
 
 pub mod cases;
+pub mod covering;
 pub mod driver;
+pub mod sweep;
 
 use forcec::bodies::{Role, Signature, Slot};
 use forcec::compile::{Compiled, Request, compile};

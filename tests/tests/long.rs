@@ -2,6 +2,7 @@
 //! languages and compute what the source means in 320 bits.
 
 use forcec::kernel::{Precision, Target};
+use forcec::schedule::Statement;
 use forcec::schedule::split::LONGEST;
 use forcec::targets;
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
@@ -85,6 +86,12 @@ fn sections_are_short_and_hand_on_what_is_read() {
                 );
                 own.extend(statement.defines());
             }
+            let read: Vec<_> = section.written(schedule).flat_map(Statement::reads).collect();
+            let unread = own.iter().find(|name| !read.contains(name) && !section.hands_on.contains(name));
+            assert!(
+                unread.is_none(),
+                "{name}: what a section takes or defines is read, there or in a later one"
+            );
             there.extend(&section.hands_on);
         }
     }

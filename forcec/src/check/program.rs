@@ -113,7 +113,7 @@ fn meetings(functions: &[Function], diagnostics: &mut Vec<Diagnostic>) {
     for kernel in functions.iter().filter(|function| function.kind != FunctionKind::Helper) {
         let name = kernel.name.text.as_str();
         let mut meets = None;
-        for item in defined_for(name) {
+        for item in defined_for(name, &[]) {
             let first = *defined.entry(item.clone()).or_insert(name);
             meets = meets.or((first != name).then_some((first, item.1)));
         }

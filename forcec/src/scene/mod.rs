@@ -129,7 +129,7 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
             }
             let title = kernel.kernel.name.clone();
             let place = entry.name.as_ref().map_or(*at, |(_, place)| *place);
-            match asked.iter().find(|(_, other, _)| meet(other, &title)) {
+            match asked.iter().find(|(_, other, own)| meet((other, own.layout), (&title, layout))) {
                 Some((other, earlier_title, earlier))
                     if *other == index && *earlier_title == title && *earlier == request =>
                 {
@@ -179,10 +179,12 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
     Ok(Scene { sources, out: folder.join(&scene.out), request, units, full, left_out, again })
 }
 
-/// Whether kernels of these names define a name of C both.
-fn meet(one: &str, other: &str) -> bool {
-    let defined = |name| defined_for(name).into_iter().filter(|(target, _)| *target == Target::C);
-    one == other || defined(one).any(|item| defined(other).any(|own| own == item))
+/// Whether kernels of these names and layouts define a name of C both.
+fn meet(one: (&str, Layout), other: (&str, Layout)) -> bool {
+    let defined = |(name, layout): (&str, Layout)| {
+        defined_for(name, &layout.tables()).into_iter().filter(|(target, _)| *target == Target::C)
+    };
+    one.0 == other.0 || defined(one).any(|item| defined(other).any(|own| own == item))
 }
 
 /// Where what conflicts with a layout is stated: the last such statement of a kernel or its scene.

@@ -35,12 +35,12 @@ pub trait Dialect {
     fn logic(&self) -> [&'static str; 3] {
         ["&&", "||", "!"]
     }
-    /// A temporary gets a value.
-    fn define(&self, variable: &Variable, value: &str) -> Vec<String>;
+    /// A temporary gets a value; `bare` says that numbers make it, of which no language tells the type.
+    fn define(&self, variable: &Variable, bare: bool, value: &str) -> Vec<String>;
     /// An output gets a value, `by` the operator `=`, `+=` or `-=`.
     fn store(&self, output: Output, by: &str, value: &str) -> Vec<String>;
-    /// A temporary gets one of two values.
-    fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String>;
+    /// A temporary gets one of two values, which may be bare too.
+    fn define_select(&self, variable: &Variable, bare: bool, select: [&str; 3]) -> Vec<String>;
     /// An output gets one of two values.
     fn store_select(&self, output: Output, by: &str, select: [&str; 3]) -> Vec<String>;
     /// Runs of columns in some rows become zero; if this comes first, what else is in these rows may become so too.
@@ -59,16 +59,19 @@ pub trait Dialect {
 
 /// The lines of a statement.
 pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Statement) -> Vec<String> {
-    let printer = Printer { dialect, variables };
+    let printer = Printer { dialect, variables, typed: false };
     match statement {
         Statement::Let(name, Expression::Select(parts)) => {
             let texts = printer.select(parts);
-            dialect.define_select(&variables[name.index()], texts.each_ref().map(String::as_str))
+            let bare = printer.is_bare(&parts[1]) && printer.is_bare(&parts[2]);
+            dialect.define_select(&variables[name.index()], bare, texts.each_ref().map(String::as_str))
         }
         Statement::Store(output, value) => printer.store(*output, "=", value),
         Statement::Add(output, false, value) => printer.store(*output, "+=", value),
         Statement::Add(output, true, value) => printer.store(*output, "-=", value),
-        Statement::Let(name, value) => dialect.define(&variables[name.index()], &printer.text(value)),
+        Statement::Let(name, value) => {
+            dialect.define(&variables[name.index()], printer.is_bare(value), &printer.text(value))
+        }
         Statement::Zero { part, rows, first } => dialect.zero(*part, rows, *first),
         Statement::Columns(name, values) => {
             let values: Vec<String> = values.iter().map(|value| printer.text(value)).collect();
@@ -92,7 +95,7 @@ pub fn together(rows: &[(usize, Vec<Range<usize>>)]) -> Vec<(Range<usize>, &[Ran
 
 /// An expression on its own.
 pub fn expression(dialect: &dyn Dialect, variables: &[Variable], expression: &Expression) -> String {
-    Printer { dialect, variables }.text(expression)
+    Printer { dialect, variables, typed: false }.text(expression)
 }
 
 /// How tightly the context of an expression binds.
@@ -110,9 +113,28 @@ enum Binding {
 struct Printer<'a> {
     dialect: &'a dyn Dialect,
     variables: &'a [Variable],
+    /// Whether numbers tell their type.
+    typed: bool,
 }
 
 impl Printer<'_> {
+    /// Whether this is made of numbers alone, those that stand for parameters among them.
+    fn is_bare(&self, expression: &Expression) -> bool {
+        let mut pending = vec![expression];
+        while let Some(expression) = pending.pop() {
+            let bare = match expression {
+                Expression::Input(slot) => self.dialect.signature().known(*slot).is_some(),
+                Expression::Call(..) | Expression::Name(_) | Expression::Fused(_) => false,
+                _ => !expression.is_truth(),
+            };
+            if !bare {
+                return false;
+            }
+            pending.extend(expression.children());
+        }
+        true
+    }
+
     fn text(&self, expression: &Expression) -> String {
         let mut text = String::new();
         self.write(&mut text, expression, Binding::Open);
@@ -134,6 +156,11 @@ impl Printer<'_> {
     }
 
     fn write(&self, out: &mut String, expression: &Expression, context: Binding) {
+        if let Expression::Input(slot) = expression
+            && let Some(value) = self.dialect.signature().known(*slot)
+        {
+            return self.write(out, &Expression::Literal(value), context);
+        }
         let own = match expression {
             Expression::Literal(value) if value.is_negative() => Binding::Prefix,
             Expression::Negative(_) | Expression::Not(_) => Binding::Prefix,
@@ -150,7 +177,7 @@ impl Printer<'_> {
             out.push('(');
         }
         match expression {
-            Expression::Literal(value) if context == Binding::Postfix => {
+            Expression::Literal(value) if context == Binding::Postfix || self.typed => {
                 out.push_str(&self.dialect.receiver(value))
             }
             Expression::Literal(value) => out.push_str(&self.dialect.literal(value)),
@@ -247,7 +274,9 @@ impl Printer<'_> {
             let close = open + 2;
             let index: usize = rest[open + 1..close].parse().expect("a template numbers its arguments");
             let method = rest[close + 1..].starts_with('.');
-            self.write(out, &arguments[index], if method { Binding::Postfix } else { Binding::Open });
+            let argument = &arguments[index];
+            let printer = Printer { typed: method && self.is_bare(argument), ..*self };
+            printer.write(out, argument, if method { Binding::Postfix } else { Binding::Open });
             rest = &rest[close + 1..];
         }
         out.push_str(rest);
@@ -289,7 +318,7 @@ impl Dialect for Plain<'_> {
         ["and", "or", "not "]
     }
 
-    fn define(&self, variable: &Variable, value: &str) -> Vec<String> {
+    fn define(&self, variable: &Variable, _bare: bool, value: &str) -> Vec<String> {
         vec![format!("{} = {value}", variable.name)]
     }
 
@@ -297,8 +326,8 @@ impl Dialect for Plain<'_> {
         vec![format!("{} {by} {value}", output.named(self.0))]
     }
 
-    fn define_select(&self, variable: &Variable, [c, x, y]: [&str; 3]) -> Vec<String> {
-        self.define(variable, &format!("if {c} then {x} else {y}"))
+    fn define_select(&self, variable: &Variable, bare: bool, [c, x, y]: [&str; 3]) -> Vec<String> {
+        self.define(variable, bare, &format!("if {c} then {x} else {y}"))
     }
 
     fn store_select(&self, output: Output, by: &str, [c, x, y]: [&str; 3]) -> Vec<String> {

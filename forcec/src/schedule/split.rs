@@ -23,6 +23,8 @@ pub struct Section {
     pub statements: Range<usize>,
     /// Statements of earlier sections that are written again: entries of arguments under a short name.
     pub again: Vec<usize>,
+    /// Statements that are left out, since later sections alone read what they define and write them again.
+    pub unread: Vec<usize>,
     /// The values it takes from earlier sections.
     pub takes: Vec<Name>,
     /// The values it hands on to later ones.
@@ -33,9 +35,10 @@ pub struct Section {
 
 impl Section {
     /// The statements that are written in it.
-    pub fn written<'a>(&self, schedule: &'a Schedule) -> impl Iterator<Item = &'a Statement> + use<'a> {
+    pub fn written<'a>(&'a self, schedule: &'a Schedule) -> impl Iterator<Item = &'a Statement> {
         let again: Vec<&Statement> = self.again.iter().map(|at| &schedule.statements[*at]).collect();
-        again.into_iter().chain(&schedule.statements[self.statements.clone()])
+        let own = self.statements.clone().filter(|at| !self.unread.contains(at));
+        again.into_iter().chain(own.map(|at| &schedule.statements[at]))
     }
 
     /// Whether it takes or hands on a value.
@@ -67,6 +70,13 @@ impl Schedule {
             let mut read: Vec<Name> = statements.iter().flat_map(Statement::reads).collect();
             read.sort_unstable();
             read.dedup();
+            let unread = (start..end).filter(|at| {
+                let name = self.statements[*at].defines();
+                name.is_some_and(|name| {
+                    self.is_input(lives[name.index()]) && read.binary_search(&name).is_err()
+                })
+            });
+            let unread = unread.collect();
             read.retain(|name| lives[name.index()].from < start);
             let (again, takes): (Vec<Name>, Vec<Name>) =
                 read.into_iter().partition(|name| self.is_input(lives[name.index()]));
@@ -79,6 +89,7 @@ impl Schedule {
                 part,
                 statements: start..end,
                 again: again.into_iter().map(|name| lives[name.index()].from).collect(),
+                unread,
                 takes,
                 hands_on: hands_on.collect(),
                 stores: statements.iter().any(Statement::stores),

@@ -19,7 +19,8 @@ use crate::schedule::split::Section;
 use crate::targets::parts::{Needed, needed};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
-    COMMON, MADE, body, field_summary, lane_loop, parameter_summary, reads, stored_as, template,
+    COMMON, MADE, acts, body, field_summary, lane_loop, parameter_summary, reads, stored_as, template,
+    visible,
 };
 use dialect::{C, literal};
 use std::f64::consts::PI;
@@ -141,9 +142,7 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
 
 /// The header of a force file: parameter and output structs, and what to call.
 pub fn header(file: &File) -> String {
-    let guard: String =
-        file.name().chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    let guard = format!("FORCEC_{}_H", guard.to_ascii_uppercase());
+    let guard = guard(&file.name());
     let mut text = comment(&file_remark(file), "");
     text.push_str(&format!("#ifndef {guard}\n#define {guard}\n\n#include \"forcec.h\"\n\n"));
     text.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");
@@ -155,6 +154,16 @@ pub fn header(file: &File) -> String {
     }
     text.push_str("\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
     text
+}
+
+/// The macro that guards a header: no two names have one together. What is neither a lower-case letter nor a digit or `_`
+/// is written by its bytes, and small letters are in these alone.
+fn guard(name: &str) -> String {
+    let letter = |byte: u8| match byte {
+        b'a'..=b'z' | b'0'..=b'9' | b'_' => char::from(byte.to_ascii_uppercase()).to_string(),
+        _ => format!("x{byte:02x}"),
+    };
+    format!("FORCEC_{}_H", name.bytes().map(letter).collect::<String>())
 }
 
 /// A kernel's function or one of its structs.
@@ -362,19 +371,26 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     if !reads.parameters && schedule.signature.has_given() {
         text.push_str(&format!("    (void){};\n", dialect.names.given));
     }
+    if !reads.results {
+        text.push_str("    (void)out;\n");
+    }
     let sections = schedule.sections();
     if kernel.lanes > 1 {
         // Compilers make wide instructions of a loop without loops in it.
         let (zeros, rest) = lane_loop(schedule);
         text.push_str(&body(&dialect, schedule, zeros, "    "));
-        text.push_str(&format!("    for (int lane = 0; lane < {}; lane++) {{\n", kernel.lanes));
-        text.push_str(&body(&dialect, schedule, rest, "        "));
-        text.push_str("    }\n");
+        if acts(&rest) {
+            text.push_str(&format!("    for (int lane = 0; lane < {}; lane++) {{\n", kernel.lanes));
+            text.push_str(&body(&dialect, schedule, rest, "        "));
+            text.push_str("    }\n");
+        }
     } else if sections.len() == 1 {
         text.push_str(&body(&dialect, schedule, &schedule.statements, "    "));
     } else {
         text.insert_str(0, &parts(kernel, &sections, &dialect));
-        text.push_str(&format!("    {} shared;\n", shared(kernel, precision)));
+        if sections.iter().any(Section::shares) {
+            text.push_str(&format!("    {} shared;\n", shared(kernel, precision)));
+        }
         for (index, section) in sections.iter().enumerate() {
             let reference = |needed: &Needed| if matches!(needed, Needed::Shared(_)) { "&" } else { "" };
             let names = needed(schedule, section, &dialect.names);
@@ -418,12 +434,16 @@ fn parts(kernel: &Kernel, sections: &[Section], dialect: &C) -> String {
     let schedule = &kernel.schedule;
     let precision = dialect.precision;
     let whole = named(kernel, "", precision);
-    let mut text = format!("/* What parts of {whole} hand on to later ones. */\ntypedef struct {{\n");
-    for name in sections.iter().flat_map(|section| &section.hands_on) {
-        let variable = &schedule.variables[name.index()];
-        text.push_str(&format!("    {} {};\n", dialect.ty(variable), variable.name));
+    let mut text = String::new();
+    // C has no struct without fields.
+    if sections.iter().any(Section::shares) {
+        text.push_str(&format!("/* What parts of {whole} hand on to later ones. */\ntypedef struct {{\n"));
+        for name in sections.iter().flat_map(|section| &section.hands_on) {
+            let variable = &schedule.variables[name.index()];
+            text.push_str(&format!("    {} {};\n", dialect.ty(variable), variable.name));
+        }
+        text.push_str(&format!("}} {};\n\n", shared(kernel, precision)));
     }
-    text.push_str(&format!("}} {};\n\n", shared(kernel, precision)));
     for (index, section) in sections.iter().enumerate() {
         let needed = needed(schedule, section, &dialect.names);
         let declared: Vec<String> = needed.iter().map(|it| declared(kernel, it, precision)).collect();
@@ -478,5 +498,5 @@ fn comment(lines: &[String], indent: &str) -> String {
 
 /// Text that can stand in a comment.
 fn escape(text: &str) -> String {
-    text.replace("*/", "* /").replace("/*", "/ *").replace("??/", "? ?/")
+    visible(text).replace("*/", "* /").replace("/*", "/ *").replace("??/", "? ?/")
 }

@@ -118,6 +118,30 @@ fn lane_loop(schedule: &Schedule) -> (Vec<&Statement>, Vec<&Statement>) {
     schedule.statements.iter().partition(|statement| matches!(statement, Statement::Zero { .. }))
 }
 
+/// Whether statements do anything: headings do not.
+fn acts(statements: &[&Statement]) -> bool {
+    statements.iter().any(|statement| !matches!(statement, Statement::Heading(_)))
+}
+
+/// Whether this turns the direction of writing.
+pub(crate) fn turns(c: char) -> bool {
+    matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Text as its reader sees it: characters that turn the direction of writing, which compilers refuse, are named by their
+/// numbers; other control characters become spaces.
+fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            c if turns(c) => shown.push_str(&format!("(U+{:04X})", u32::from(c))),
+            c if c.is_control() => shown.push(' '),
+            c => shown.push(c),
+        }
+    }
+    shown
+}
+
 /// Statements of a schedule, a blank line before every heading but the first.
 fn body<'a>(
     dialect: &dyn Dialect,
@@ -143,6 +167,8 @@ struct Reads {
     /// Whether any parameter is.
     parameters: bool,
     extras: Vec<bool>,
+    /// Whether results are read or written.
+    results: bool,
 }
 
 /// Which arguments statements of a kernel read.
@@ -150,9 +176,10 @@ fn reads<'a>(schedule: &Schedule, statements: impl IntoIterator<Item = &'a State
     let signature = &schedule.signature;
     let mut bodies = vec![false; signature.bodies.len()];
     let mut extras = vec![false; signature.extras.len()];
-    let mut parameters = false;
+    let (mut parameters, mut results) = (false, false);
     let mut pending: Vec<&Expression> = Vec::new();
     for statement in statements {
+        results |= statement.stores();
         pending.extend(statement.expressions());
         while let Some(expression) = pending.pop() {
             if let Expression::Input(slot) = expression {
@@ -165,7 +192,7 @@ fn reads<'a>(schedule: &Schedule, statements: impl IntoIterator<Item = &'a State
             pending.extend(expression.children());
         }
     }
-    Reads { bodies, parameters, extras }
+    Reads { bodies, parameters, extras, results }
 }
 
 /// The body types that some of these signatures use, in the order of the table.

@@ -18,7 +18,8 @@ use crate::schedule::split::Section;
 use crate::targets::parts::{Needed, needed};
 use crate::targets::routine::{Routine, Way, routine};
 use crate::targets::{
-    MADE, body, field_summary, kinds, lane_loop, parameter_summary, reads, rust_body, sentence, template,
+    MADE, acts, body, field_summary, kinds, lane_loop, parameter_summary, reads, rust_body, sentence,
+    template, visible,
 };
 use constants::constants;
 use dialect::Rust;
@@ -37,13 +38,13 @@ const INDENT: &str = "    ";
 /// The whole file: body types, then the kernels.
 pub fn module(file: &File) -> String {
     let mut text = String::new();
-    for line in file.docs.iter().map(|line| line.trim_end()) {
+    for line in prose(&file.docs) {
         text.push_str(&format!("{}\n", format!("//! {line}").trim_end()));
     }
     if !file.docs.is_empty() {
         text.push_str("//!\n");
     }
-    text.push_str(&format!("//! {MADE}`{}.rs`; the code is yours.\n", file.stem));
+    text.push_str(&format!("//! {MADE}`{}.rs`; the code is yours.\n", visible(&file.stem)));
     for &precision in &file.precisions {
         let lanes = file.kernels.first().map_or(1, |kernel| kernel.lanes);
         for kind in kinds(file.kernels.iter().map(|kernel| &kernel.schedule.signature)) {
@@ -109,21 +110,25 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     if kernel.lanes > 1 {
         let (zeros, rest) = lane_loop(schedule);
         text.push_str(&body(&dialect, schedule, zeros, "        "));
-        text.push_str(&format!("        for lane in 0..{} {{\n", kernel.lanes));
-        let dialect = Rust::new(signature, precision, 12, kernel.lanes);
-        let read = reads(schedule, &schedule.statements).extras;
-        for (index, _) in
-            signature.given_extras().filter(|(k, extra)| read[*k] && extra.ty != ParameterType::Real)
-        {
-            let name = &dialect.names.extras[index];
-            text.push_str(&format!("            let {name} = {name}.map(|entry| entry[lane]);\n"));
+        if acts(&rest) {
+            text.push_str(&format!("        for lane in 0..{} {{\n", kernel.lanes));
+            let dialect = Rust::new(signature, precision, 12, kernel.lanes);
+            let read = reads(schedule, &schedule.statements).extras;
+            for (index, _) in
+                signature.given_extras().filter(|(k, extra)| read[*k] && extra.ty != ParameterType::Real)
+            {
+                let name = &dialect.names.extras[index];
+                text.push_str(&format!("            let {name} = {name}.map(|entry| entry[lane]);\n"));
+            }
+            text.push_str(&body(&dialect, schedule, rest, "            "));
+            text.push_str("        }\n");
         }
-        text.push_str(&body(&dialect, schedule, rest, "            "));
-        text.push_str("        }\n");
     } else if sections.len() == 1 {
         text.push_str(&body(&dialect, schedule, &schedule.statements, "        "));
     } else {
-        text.push_str("        let mut shared = Shared::default();\n");
+        if sections.iter().any(Section::shares) {
+            text.push_str("        let mut shared = Shared::default();\n");
+        }
         for (index, section) in sections.iter().enumerate() {
             let reference = |needed: &Needed| match needed {
                 Needed::Shared(true) => "&mut ",
@@ -256,13 +261,16 @@ fn part_name(kernel: &Kernel, index: usize, section: &Section) -> String {
 fn parts(kernel: &Kernel, sections: &[Section], dialect: &Rust) -> String {
     let schedule = &kernel.schedule;
     let space = "        ";
-    let mut text = "\n    /// What parts of the kernel hand on to later ones.\n    #[derive(Default)]\n    struct Shared {\n".to_owned();
-    for name in sections.iter().flat_map(|section| &section.hands_on) {
-        let variable = &schedule.variables[name.index()];
-        let ty = if variable.truth { "bool" } else { dialect.precision.name() };
-        text.push_str(&format!("{space}{}: {ty},\n", variable.name));
+    let mut text = String::new();
+    if sections.iter().any(Section::shares) {
+        text.push_str("\n    /// What parts of the kernel hand on to later ones.\n    #[derive(Default)]\n    struct Shared {\n");
+        for name in sections.iter().flat_map(|section| &section.hands_on) {
+            let variable = &schedule.variables[name.index()];
+            let ty = if variable.truth { "bool" } else { dialect.precision.name() };
+            text.push_str(&format!("{space}{}: {ty},\n", variable.name));
+        }
+        text.push_str("    }\n");
     }
-    text.push_str("    }\n");
     for (index, section) in sections.iter().enumerate() {
         let needed = needed(schedule, section, &dialect.names);
         let declared = needed.iter().map(|it| declared(kernel, it, dialect.precision));
@@ -298,7 +306,7 @@ pub fn module_name(kernel: &Kernel, precision: Precision) -> String {
 }
 
 fn documentation(kernel: &Kernel, precision: Precision) -> String {
-    let mut lines: Vec<String> = kernel.docs.clone();
+    let mut lines = prose(&kernel.docs);
     if !lines.is_empty() {
         lines.push(String::new());
     }
@@ -307,6 +315,52 @@ fn documentation(kernel: &Kernel, precision: Precision) -> String {
     lines.extend(rounding(kernel, precision).lines());
     lines.push("```".to_owned());
     lines.iter().map(|line| format!("{}\n", format!("/// {line}").trim_end())).collect()
+}
+
+/// A doc comment as rustdoc takes it for text: a block of code is none that it would compile and run, and one that its author
+/// left open is closed.
+fn prose(docs: &[String]) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut open: Option<String> = None;
+    for line in docs {
+        let line = visible(line).replace('\t', "    ");
+        let text = line.trim_start();
+        let indent = line.len() - text.len();
+        let mark = text.chars().next().filter(|mark| ['`', '~'].contains(mark) && indent < 4);
+        let length = mark.map_or(0, |mark| text.chars().take_while(|c| *c == mark).count());
+        let (fence, info) = (&text[..length], text[length..].trim());
+        match &open {
+            Some(begun) => {
+                if fence.starts_with(begun.as_str()) && info.is_empty() {
+                    open = None;
+                }
+                lines.push(line);
+            }
+            None if length >= 3 && !(mark == Some('`') && info.contains('`')) => {
+                open = Some(fence.to_owned());
+                lines.push(format!(
+                    "{}{fence}{}",
+                    " ".repeat(indent),
+                    if is_code(info) { "text" } else { info }
+                ));
+            }
+            // Four spaces would begin a block of code.
+            None => lines.push(format!("{}{text}", " ".repeat(indent.min(3)))),
+        }
+    }
+    lines.extend(open);
+    lines
+}
+
+/// Whether rustdoc takes a block with this behind its fence for Rust.
+fn is_code(info: &str) -> bool {
+    let words =
+        ["rust", "should_panic", "no_run", "compile_fail", "test_harness", "standalone_crate", "custom"];
+    let mut parts = info.split([',', ' ', '\t', '{', '}']).filter(|part| !part.is_empty());
+    parts.all(|part| {
+        let begins = ["ignore", "edition", "E0"].iter().any(|word| part.starts_with(word));
+        begins || words.contains(&part)
+    })
 }
 
 fn imports(signature: &Signature, precision: Precision, lanes: usize) -> String {
@@ -399,7 +453,7 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
         let declared = extra_argument(extra, &names.extras[index], kernel.lanes, precision);
         arguments.push(format!("{}{declared}", unused(reads.extras[index])));
     }
-    arguments.push(format!("out: {}", results(kernel)));
+    arguments.push(format!("{}out: {}", unused(reads.results), results(kernel)));
     let many = if arguments.len() > FEW { MANY } else { "" };
     format!("{many}{}", head("pub fn evaluate", &arguments))
 }

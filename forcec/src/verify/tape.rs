@@ -426,7 +426,7 @@ fn doubled_precision(
             Pair::new(Bounded { value: -inputs[*b], error: error(*b) }),
         ]),
         Operation::Offset(at, number) => Pair::sum(&[
-            Pair::new(Bounded { value: inputs[*at], error: errors[*at] }),
+            Pair::new(Bounded { value: inputs[*at], error: error(*at) }),
             number.rounded(),
         ]),
         Operation::Sum(constant, terms) => {

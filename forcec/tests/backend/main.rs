@@ -1,6 +1,7 @@
 //! The back end: what it prints compiles without a warning, computes what the program means, and counts what it says.
 
 mod programs;
+mod prose;
 
 use forcec::bodies::Slot;
 use forcec::eval::{self, Outputs};

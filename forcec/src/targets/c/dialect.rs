@@ -24,6 +24,9 @@ pub(super) fn literal(value: &Exact, precision: Precision) -> String {
     }
 }
 
+/// Zeros of an array are not written for themselves where they take more lines than this.
+const FEW: usize = 40;
+
 /// What C's spelling depends on.
 pub(super) struct C<'a> {
     signature: &'a Signature,
@@ -169,7 +172,7 @@ impl Dialect for C<'_> {
         template(function.row().c, function, self.precision)
     }
 
-    fn define(&self, variable: &Variable, value: &str) -> Vec<String> {
+    fn define(&self, variable: &Variable, _bare: bool, value: &str) -> Vec<String> {
         C::assign(&self.declare(variable), value)
     }
 
@@ -177,7 +180,7 @@ impl Dialect for C<'_> {
         C::set(&self.place(output), by, value)
     }
 
-    fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String> {
+    fn define_select(&self, variable: &Variable, _bare: bool, select: [&str; 3]) -> Vec<String> {
         C::choose(&self.declare(variable), "=", select)
     }
 
@@ -191,7 +194,12 @@ impl Dialect for C<'_> {
             // gcc stores a whole row wide, and then what is not zero; it stores none wide when zeros stand among them.
             self.zeros(part, &rows, if first { from_ref(&whole) } else { runs })
         };
-        together(rows).into_iter().flat_map(lines).collect()
+        let lines: Vec<String> = together(rows).into_iter().flat_map(lines).collect();
+        // Zeros all over an array take gcc minutes one by one, and a loop that clears all of it is as fast.
+        if first || lines.len() <= FEW {
+            return lines;
+        }
+        self.zeros(part, &(0..part.shape(self.signature).0), from_ref(&whole))
     }
 
     fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String> {

@@ -99,17 +99,37 @@ impl Rust<'_> {
         self.set(left, "=", value)
     }
 
-    fn set(&self, left: &str, by: &str, value: &str) -> Vec<String> {
+    /// A temporary; with its type where it is made of numbers alone, of which rustc would not know it.
+    fn declare(&self, variable: &Variable, bare: bool) -> String {
+        let ty = if bare { format!(": {}", self.precision) } else { String::new() };
+        format!("let {}{ty}", variable.name)
+    }
+
+    /// A fused multiplication and addition as rustfmt breaks it, within it those that are arguments; none where it stays on
+    /// one line.
+    fn broken(&self, value: &str) -> Option<Vec<String>> {
         /// rustfmt's `fn_call_width`.
         const CALL: usize = 60;
-        let call = format!("{}::mul_add(", self.precision);
-        let arguments = value.strip_prefix(&call).and_then(|rest| rest.strip_suffix(')'));
-        // Names and signs alone, so that what stands between commas is an argument.
-        let plain = |arguments: &&str| !arguments.contains('(') && arguments.len() > CALL;
-        if let Some(arguments) = arguments.filter(plain) {
-            let mut lines = vec![format!("{left} {by} {call}")];
-            lines.extend(arguments.split(", ").map(|argument| format!("    {argument},")));
-            lines.push(");".to_owned());
+        let (sign, call) = value.strip_prefix('-').map_or(("", value), |call| ("-", call));
+        let name = format!("{}::mul_add(", self.precision);
+        let inside = call.strip_prefix(&name)?.strip_suffix(')').filter(|inside| inside.len() > CALL)?;
+        let mut lines = vec![format!("{sign}{name}")];
+        for argument in arguments(inside)? {
+            let own = self.broken(argument).unwrap_or_else(|| vec![argument.to_owned()]);
+            let last = own.len() - 1;
+            let end = |line: usize| if line == last { "," } else { "" };
+            lines.extend(own.iter().enumerate().map(|(at, line)| format!("    {line}{}", end(at))));
+        }
+        lines.push(")".to_owned());
+        Some(lines)
+    }
+
+    fn set(&self, left: &str, by: &str, value: &str) -> Vec<String> {
+        if let Some(mut lines) = self.broken(value) {
+            lines[0].insert_str(0, &format!("{left} {by} "));
+            if let Some(last) = lines.last_mut() {
+                last.push(';');
+            }
             return lines;
         }
         let line = format!("{left} {by} {value};");
@@ -200,16 +220,16 @@ impl Dialect for Rust<'_> {
         template(function.row().rust, function, self.precision)
     }
 
-    fn define(&self, variable: &Variable, value: &str) -> Vec<String> {
-        self.assign(&format!("let {}", variable.name), value)
+    fn define(&self, variable: &Variable, bare: bool, value: &str) -> Vec<String> {
+        self.assign(&self.declare(variable, bare), value)
     }
 
     fn store(&self, output: Output, by: &str, value: &str) -> Vec<String> {
         self.set(&self.place(output), by, value)
     }
 
-    fn define_select(&self, variable: &Variable, select: [&str; 3]) -> Vec<String> {
-        self.choose(&format!("let {}", variable.name), "=", select)
+    fn define_select(&self, variable: &Variable, bare: bool, select: [&str; 3]) -> Vec<String> {
+        self.choose(&self.declare(variable, bare), "=", select)
     }
 
     fn store_select(&self, output: Output, by: &str, select: [&str; 3]) -> Vec<String> {
@@ -246,6 +266,25 @@ impl Dialect for Rust<'_> {
     fn remark(&self, text: &str) -> Vec<String> {
         vec![format!("// {text}")]
     }
+}
+
+/// The arguments between the parentheses of one call; none if these are not those of one.
+fn arguments(inside: &str) -> Option<Vec<&str>> {
+    let (mut depth, mut start, mut found) = (0, 0, Vec::new());
+    for (at, c) in inside.char_indices() {
+        match c {
+            '(' => depth += 1,
+            ')' if depth == 0 => return None,
+            ')' => depth -= 1,
+            ',' if depth == 0 => {
+                found.push(inside[start..at].trim_start());
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    found.push(inside[start..].trim_start());
+    Some(found)
 }
 
 /// An array as rustfmt would set it as the value of a constant or a variable.
