@@ -129,7 +129,7 @@ fn results_do_not_disturb_each_other() {
         for stem in stems {
             let request = Request { outputs: outputs.clone(), ..Request::from(plan) };
             for function in requested(stem, request).compiled.functions {
-                let report = check_chosen(&subject(&function), &CheckOptions { seed: 1, states: 1 });
+                let report = check_chosen(&subject(&function), &[], &CheckOptions { seed: 1, states: 1 });
                 assert!(report.passed, "{first} and {second}:\n{}", report.table());
                 checked += 1;
             }

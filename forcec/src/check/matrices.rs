@@ -115,10 +115,9 @@ pub(crate) fn determinant(g: &mut Graph, m: Matrix3) -> Real {
 /// A⁻¹ and det A; the rows of the inverse are a₁×a₂, a₂×a₀, a₀×a₁ over the determinant, for columns a.
 pub(crate) fn inverse(g: &mut Graph, m: Matrix3) -> (Matrix3, Real) {
     let determinant = determinant(g, m);
-    let reciprocal = g.powi(determinant, -1);
     let lines = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
         let cross = g.cross(m.lines[i], m.lines[j]);
-        g.scale(reciprocal, cross)
+        g.quotient(cross, determinant)
     });
     (Matrix3 { lines, columns: !m.columns }, determinant)
 }

@@ -162,6 +162,23 @@ pub(crate) fn scaled(g: &mut Graph, s: Real, x: &Value) -> Option<Value> {
     })
 }
 
+/// x / s
+pub(crate) fn quotient(g: &mut Graph, x: &Value, s: Real) -> Option<Value> {
+    if g.simplifies() {
+        let reciprocal = g.powi(s, -1);
+        return scaled(g, reciprocal, x);
+    }
+    Some(match x {
+        Value::Real(x) => Value::Real(g.div(*x, s)),
+        Value::Vector(v) => Value::Vector(g.quotient(*v, s)),
+        Value::Few(entries) => Value::Few(entries.iter().map(|x| g.div(*x, s)).collect()),
+        Value::Row(vector) => Value::Row(Rc::new(quotient(g, vector, s)?)),
+        Value::Matrix2(entries) => Value::Matrix2(entries.map(|x| g.div(x, s))),
+        Value::Matrix3(m) => Value::Matrix3(Matrix3 { lines: m.lines.map(|line| g.quotient(line, s)), ..*m }),
+        _ => return None,
+    })
+}
+
 fn multiply(g: &mut Graph, x: &Value, y: &Value) -> Option<Value> {
     Some(match (x, y) {
         (Value::Real(a), Value::Real(b)) => Value::Real(g.mul(*a, *b)),
@@ -221,8 +238,7 @@ fn divide(e: &mut Elaborator<'_>, x: &Value, y: &Value, span: Span) -> Option<Va
             Some(Value::Real(e.graph.div(*x, *y)))
         }
         (x, Value::Real(y)) => {
-            let reciprocal = e.graph.powi(*y, -1);
-            let quotient = scaled(&mut e.graph, reciprocal, x)?;
+            let quotient = quotient(&mut e.graph, x, *y)?;
             e.risk(RiskKind::Division, *y, span);
             Some(quotient)
         }

@@ -3,7 +3,7 @@
 use super::builtins::{Builtin, Place, Shape};
 use super::elaborator::Elaborator;
 use super::matrices::{self, Matrix3};
-use super::operators::{inner, scaled};
+use super::operators::{inner, quotient};
 use super::quaternions::{self, Quaternion};
 use super::risks::RiskKind;
 use super::values::Value;
@@ -203,8 +203,7 @@ static VECTORS: &[Builtin] = table![Value:
         if let Value::Vector(v) = x[0] {
             return Value::Vector(e.graph.normalize(v));
         }
-        let reciprocal = e.graph.powi(norm, -1);
-        scaled(&mut e.graph, reciprocal, &x[0]).unwrap_or(Value::Poison)
+        quotient(&mut e.graph, &x[0], norm).unwrap_or(Value::Poison)
     };
     Vectors, "component_mul"(Same) -> Same, "product entry by entry", |e, x, _| {
         let g = &mut e.graph;
@@ -314,9 +313,8 @@ static MATRICES: &[Builtin] = table![Value:
             Value::Matrix2([a, b, c, d]) => {
                 let determinant = determinant(&mut e.graph, &x[0]);
                 let g = &mut e.graph;
-                let reciprocal = g.powi(determinant, -1);
-                let entries = [*d, g.neg(*b), g.neg(*c), *a];
-                (Value::Matrix2(entries.map(|entry| g.mul(reciprocal, entry))), determinant)
+                let adjugate = Value::Matrix2([*d, g.neg(*b), g.neg(*c), *a]);
+                (quotient(g, &adjugate, determinant).unwrap_or(Value::Poison), determinant)
             }
             Value::Matrix3(m) => {
                 let (inverse, determinant) = matrices::inverse(&mut e.graph, *m);

@@ -1,17 +1,22 @@
 //! `forcec check`: every kernel against the mathematics of its source.
 
+use super::options::{Options, REAL};
 use super::{Failure, Input, Outcome, in_parallel, print, rounding};
-use crate::compile::Stages;
+use crate::bodies::Slot;
+use crate::compile::{Request, Stages};
 use crate::kernel::Kernel;
 use crate::layouts::Layout;
 use crate::outputs::Part;
+use crate::plan::Precision;
 use crate::verify::probe::Probe;
-use crate::verify::{self, CheckOptions, Family, Report, Subject};
+use crate::verify::{self, CheckOptions, Family, Printed, Report, Subject};
 
 #[derive(clap::Args)]
 pub(super) struct Check {
     #[command(flatten)]
     input: Input,
+    #[command(flatten)]
+    printed: Options<REAL>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -22,7 +27,14 @@ pub(super) struct Check {
 
 impl Check {
     pub(super) fn run(self) -> Outcome {
-        let units = self.input.compile()?;
+        let (units, scene) = match &self.input.scene {
+            Some(path) => {
+                let scene = self.input.scene(path)?;
+                (scene.units, scene.request)
+            }
+            None => (self.input.compile()?, Request::default()),
+        };
+        let precisions = scene.with(&self.printed.0).precisions_or_double();
         let functions: Vec<_> = units.iter().flat_map(|unit| &unit.compiled.functions).collect();
         let reports: Vec<Report> = in_parallel(
             &functions,
@@ -31,8 +43,18 @@ impl Check {
                 let subject = Subject { source: &function.source, program: &function.program };
                 let options = CheckOptions::default();
                 let whole = function.outputs() == Part::DEFAULT;
-                let check = if whole { verify::check } else { verify::check_chosen };
-                let mut report = check(&subject, &options);
+                let check = if whole { verify::check_printed } else { verify::check_chosen };
+                let kernel = &function.kernel;
+                let double = |inputs: &dyn Fn(Slot) -> f64| kernel.evaluate::<f64>(inputs);
+                let single = |inputs: &dyn Fn(Slot) -> f64| {
+                    let results = kernel.evaluate::<f32>(&|slot| inputs(slot) as f32)?;
+                    Some(results.into_iter().map(f64::from).collect())
+                };
+                let printed = precisions.iter().map(|&precision| match precision {
+                    Precision::F64 => Printed { precision, evaluate: &double },
+                    Precision::F32 => Printed { precision, evaluate: &single },
+                });
+                let mut report = check(&subject, &printed.collect::<Vec<Printed>>(), &options);
                 report.kernel.clone_from(&function.kernel.name);
                 let misplaced = misplaced(function, &subject);
                 report.passed &= misplaced.is_none();

@@ -3,18 +3,20 @@
 use crate::options::{Choice, OPTIONS, OptionRow, Request, Takes, Wrong};
 use clap::builder::TypedValueParser;
 
-/// Options of how kernels are made, of what is printed, or of what is known beforehand alone.
+/// Options of how kernels are made, of what is printed, of what is known beforehand, or of the precision alone.
 pub(super) struct Options<const OF: u8 = MADE>(pub(super) Vec<Choice>);
 
 pub(super) const MADE: u8 = 0;
 pub(super) const PRINTED: u8 = 1;
 pub(super) const KNOWN: u8 = 2;
+pub(super) const REAL: u8 = 3;
 
 impl<const OF: u8> Options<OF> {
     fn rows() -> impl Iterator<Item = &'static OptionRow> {
         OPTIONS.iter().filter(|row| match row.name {
-            "target" | "real" => OF == PRINTED,
-            "fixed" | "set" => OF != PRINTED,
+            "real" => OF == PRINTED || OF == REAL,
+            "target" => OF == PRINTED,
+            "fixed" | "set" => OF == MADE || OF == KNOWN,
             _ => OF == MADE,
         })
     }

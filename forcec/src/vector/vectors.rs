@@ -359,11 +359,21 @@ impl Graph {
         self.scaled(coefficient.abs(), norm)
     }
 
+    /// v/s
+    pub fn quotient(&mut self, v: Vector, s: Real) -> Vector {
+        if !self.simplify {
+            let entries = [0, 1, 2].map(|axis| self.component(v, axis));
+            let entries = entries.map(|entry| self.div(entry, s));
+            return self.pack(entries);
+        }
+        let inverse = self.powi(s, -1);
+        self.scale(inverse, v)
+    }
+
     /// v/|v|
     pub fn normalize(&mut self, v: Vector) -> Vector {
         let norm = self.norm(v);
-        let inverse = self.powi(norm, -1);
-        self.scale(inverse, v)
+        self.quotient(v, norm)
     }
 
     /// q·v for the quaternion stored at the slot, or q⁻¹·v

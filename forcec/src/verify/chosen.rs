@@ -3,16 +3,17 @@
 //! In: a function and a program that computes any choice of results. Out: a [`Report`] of their entries at the states of a
 //! check, against the exact oracle. Differences and invariants are left to the check of the whole kernel.
 
-use super::oracle::Oracle;
-use super::report::{Comparison, Coverage, Differences, Report};
+use super::judge::{Judge, Printed};
+use super::oracle::{Oracle, Singular};
+use super::report::{Comparison, Coverage, Differences, Report, TextComparison};
 use super::tape::Tape;
 use super::{CheckOptions, Here, Subject, input_errors};
 use crate::places::Places;
 use crate::scalar::Id;
-use crate::states::{Family, Random, draw, seed};
+use crate::states::{Family, Random, State, draw, seed};
 
-/// Checks every result that the program computes.
-pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
+/// Checks every result that the program computes, and the kernel as it is printed in each of these precisions.
+pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptions) -> Report {
     let program = subject.program;
     let places = Places::new(&program.signature);
     let oracle = Oracle::new(subject.source, &places);
@@ -20,6 +21,13 @@ pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
     let tape = Tape::new(program, &places, &outputs);
     let mut comparisons: Vec<Comparison> =
         program.arrays.iter().map(|array| Comparison::new(array.part)).collect();
+    let mut judges: Vec<Judge> =
+        printed.iter().map(|printed| Judge::new(subject, &places, printed)).collect();
+    let exact_at = |state: &State| {
+        let point = oracle.unit_point(state)?;
+        let arrays: Result<Vec<_>, _> = program.arrays.iter().map(|array| point.part(array.part)).collect();
+        Ok::<_, Singular>((point.noise, point.has_edges(), arrays?))
+    };
     let mut coverage = Vec::new();
     for family in Family::ALL {
         let mut states = Coverage { family, checked: 0, singular: 0, active: 0, unresolved: 0 };
@@ -28,16 +36,21 @@ pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
             number += 1;
             let mut random = Random::new(seed(options.seed, family, number));
             let state = draw(&places, oracle.is_constraint(), family, states.checked, &mut random);
-            let exact = oracle.unit_point(&state).and_then(|point| {
-                let noise = point.noise;
-                let arrays: Result<Vec<_>, _> =
-                    program.arrays.iter().map(|array| point.part(array.part)).collect();
-                Ok((noise, arrays?))
-            });
-            let Ok((noise, exact)) = exact else {
+            let Ok((noise, edges, exact)) = exact_at(&state) else {
                 states.singular += 1;
                 continue;
             };
+            for judge in &mut judges {
+                let Some(own) = judge.state(&state) else { continue };
+                let moved = (own.values != state.values).then(|| exact_at(&own));
+                let (noise, edges, exact) = match &moved {
+                    None => (noise, edges, &exact),
+                    Some(Ok((noise, edges, exact))) => (*noise, *edges, exact),
+                    Some(Err(_)) => continue,
+                };
+                let exact: Vec<_> = exact.iter().map(|entries| Some(entries.iter().collect())).collect();
+                judge.see(family, &own, &exact, noise, edges);
+            }
             states.checked += 1;
             let computed = tape.bounds(&state.values, &input_errors(&places, &state.values));
             let mut computed = computed.as_slice();
@@ -65,13 +78,17 @@ pub fn check_chosen(subject: &Subject, options: &CheckOptions) -> Report {
     if !coverage.iter().any(Coverage::is_covered) {
         problems.push("no family has regular states: nothing was checked".to_owned());
     }
-    let passed = problems.is_empty() && comparisons.iter().all(|comparison| comparison.failures == 0);
+    let text: Vec<TextComparison> = judges.into_iter().map(Judge::finish).collect();
+    let passed = problems.is_empty()
+        && comparisons.iter().all(|comparison| comparison.failures == 0)
+        && text.iter().all(|text| text.failures() == 0);
     Report {
         kernel: subject.source.name.clone(),
         seed: options.seed,
         coverage,
         comparisons,
         differences: Differences::default(),
+        text,
         invariants: Vec::new(),
         problems,
         passed,

@@ -9,7 +9,9 @@
 pub(crate) mod big;
 mod chosen;
 mod differences;
+mod dual;
 mod invariants;
+mod judge;
 mod mutate;
 mod oracle;
 pub mod probe;
@@ -17,13 +19,17 @@ pub(crate) mod render;
 mod report;
 pub(crate) mod source;
 pub(crate) mod tape;
+mod written;
 
 pub use crate::places::Inputs;
 pub use crate::states::Family;
 pub use chosen::check_chosen;
+pub use judge::Printed;
 pub use mutate::{Mutation, apply, mutate, mutations};
 pub use render::{json, table};
-pub use report::{Comparison, Coverage, Differences, Entry, Invariant, Report, Verdict};
+pub use report::{
+    Broken, Comparison, Coverage, Differences, Entry, Invariant, Report, TextComparison, TextEntry, Verdict,
+};
 
 use crate::bodies::{ParameterType, Role};
 use crate::definition::Definition;
@@ -34,6 +40,7 @@ use crate::states::{Random, State, draw, excess, seed};
 use big::Big;
 use differences::Answer;
 use invariants::{Invariants, Seen};
+use judge::Judge;
 use oracle::{Columns, Oracle, Point, Singular};
 use report::ratio;
 use tape::{Bounded, Tape};
@@ -74,8 +81,13 @@ const LEAST_FAMILIES: usize = 5;
 /// A state is sharp if no tolerance exceeds this part of the largest entry.
 const SHARP: f64 = 1e-6;
 
-/// Checks one kernel.
+/// Checks what a kernel computes.
 pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
+    check_printed(subject, &[], options)
+}
+
+/// Checks what a kernel computes, and the kernel as it is printed in each of these precisions.
+pub fn check_printed(subject: &Subject, printed: &[Printed], options: &CheckOptions) -> Report {
     let places = Places::new(&subject.program.signature);
     let oracle = Oracle::new(subject.source, &places);
     let outputs: Vec<Id> = subject.program.outputs().collect();
@@ -92,6 +104,7 @@ pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
         comparisons: comparisons.to_vec(),
         largest,
         differences: Differences::default(),
+        judges: printed.iter().map(|printed| Judge::new(subject, &places, printed)).collect(),
         invariants: Invariants::new(),
     };
     let mut coverage: Vec<Coverage> = Vec::new();
@@ -120,6 +133,7 @@ struct Checker<'a> {
     /// The largest entry of each array at the states before.
     largest: [f64; 3],
     differences: Differences,
+    judges: Vec<Judge<'a>>,
     invariants: Invariants,
 }
 
@@ -195,6 +209,28 @@ impl<'a> Checker<'a> {
             coverage.active += usize::from(pushes);
             let resolved = self.state(family, index, &state, &exact, &mut random);
             coverage.unresolved += usize::from(!resolved);
+            self.judge(family, &state, &exact);
+        }
+    }
+
+    /// Compares the kernels with the text as it is written, at the state as their precision holds it.
+    fn judge(&mut self, family: Family, state: &State, exact: &Exact<'a, 'a>) {
+        let full = exact.direction.is_none();
+        for judge in &mut self.judges {
+            let Some(own) = judge.state(state) else { continue };
+            let moved = (own.values != state.values).then(|| {
+                let point = self.oracle.unit_point(&own)?;
+                let dfdx = if full { Some(point.dfdx()?) } else { None };
+                Ok((point.dfdv()?, dfdx, point))
+            });
+            let (point, dfdv, dfdx) = match &moved {
+                Some(Err(Singular::Value | Singular::Branch)) => continue,
+                Some(Ok((dfdv, dfdx, point))) => (point, dfdv, dfdx.as_ref()),
+                None => (&exact.point, &exact.dfdv, full.then_some(&exact.dfdx)),
+            };
+            let results =
+                [Some(point.force.iter().collect()), dfdx.map(Columns::by_row), Some(dfdv.by_row())];
+            judge.see(family, &own, &results, point.noise, point.has_edges());
         }
     }
 
@@ -375,6 +411,7 @@ impl<'a> Checker<'a> {
 
     fn report(self, subject: &Subject, options: &CheckOptions, coverage: Vec<Coverage>) -> Report {
         let invariants = self.invariants.finish(self.oracle, self.places);
+        let text: Vec<TextComparison> = self.judges.into_iter().map(Judge::finish).collect();
         let mut problems = Vec::new();
         let covered = coverage.iter().filter(|c| c.is_covered());
         let active: usize = covered.clone().map(|c| c.active).sum();
@@ -396,13 +433,16 @@ impl<'a> Checker<'a> {
         }
         let failures: usize = self.comparisons.iter().map(|c| c.failures).sum();
         let violated = invariants.iter().any(|i| i.verdict == Verdict::Violated);
-        let passed = problems.is_empty() && failures == 0 && self.differences.disagree == 0 && !violated;
+        let worse = text.iter().any(|text| text.failures() > 0);
+        let passed =
+            problems.is_empty() && failures == 0 && self.differences.disagree == 0 && !violated && !worse;
         Report {
             kernel: subject.source.name.clone(),
             seed: options.seed,
             coverage,
             comparisons: self.comparisons,
             differences: self.differences,
+            text,
             invariants,
             problems,
             passed,

@@ -11,6 +11,7 @@ use super::big::Big;
 use super::source::{self, Fields, Source, Values, field_bit};
 use crate::bodies::{Role, Slot};
 use crate::definition::{Definition, Law, Row};
+use crate::number::Number;
 use crate::outputs::Part;
 use crate::places::{Coordinate, Places};
 use crate::states::State;
@@ -38,17 +39,68 @@ pub(crate) struct Oracle<'d> {
 
 /// A node that is one row or three.
 #[derive(Clone, Copy)]
-enum Output {
+pub(super) enum Output {
     Real(usize),
     Vector(usize),
 }
 
 /// What the rows are.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Statement {
+pub(super) enum Statement {
     Constraint { unilateral: bool, per_row: bool },
     Energy,
     Force,
+}
+
+impl Statement {
+    /// The rows that a definition states, of the bodies that move.
+    pub(super) fn of(definition: &Definition, places: &Places) -> (Vec<Output>, Statement) {
+        match &definition.law {
+            Law::Constraint { rows, unilateral, per_row } => {
+                let output = |row: &Row| match row {
+                    Row::Real(x) => Output::Real(x.index()),
+                    Row::Vector(v) => Output::Vector(v.index()),
+                };
+                let law = Statement::Constraint { unilateral: *unilateral, per_row: *per_row };
+                (rows.iter().map(output).collect(), law)
+            }
+            Law::Energy(energy) => (vec![Output::Real(energy.index())], Statement::Energy),
+            Law::Force(forces) => {
+                let moving = places.signature.moving().map(|(body, _)| &forces[body]);
+                let blocks = moving.flat_map(|f| std::iter::once(f.force).chain(f.torque));
+                (blocks.map(|v| Output::Vector(v.index())).collect(), Statement::Force)
+            }
+        }
+    }
+}
+
+impl Output {
+    pub(super) fn node(self) -> usize {
+        match self {
+            Output::Real(node) | Output::Vector(node) => node,
+        }
+    }
+
+    /// The values of rows.
+    pub(super) fn rows<N: Number>(outputs: &[Output], source: &Source<N>, values: &Values<N>) -> Vec<N> {
+        let mut rows = Vec::new();
+        for output in outputs {
+            match *output {
+                Output::Real(node) => rows.push(source.get(values, node).real().clone()),
+                Output::Vector(node) => rows.extend(source.get(values, node).vector().iter().cloned()),
+            }
+        }
+        rows
+    }
+}
+
+/// The bit of the field that each coordinate moves.
+pub(super) fn field_bits(places: &Places, coordinates: &[Coordinate]) -> Vec<Fields> {
+    let bit = |c: &Coordinate| {
+        let slot = places.signature.body_slot(c.body, c.role);
+        slot.map_or(0, |slot: Slot| field_bit(places, slot))
+    };
+    coordinates.iter().map(bit).collect()
 }
 
 /// Why a state says nothing.
@@ -86,6 +138,12 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
+    /// Its entries row by row.
+    pub(crate) fn by_row(&self) -> Vec<&Big> {
+        let rows = 0..self.columns.first().map_or(0, Vec::len);
+        rows.flat_map(|row| self.columns.iter().map(move |column| &column[row])).collect()
+    }
+
     /// The matrix times a direction.
     fn times(&self, direction: &[Big]) -> Vec<Big> {
         let mut sum = vec![Big::zero(); self.columns.first().map_or(0, Vec::len)];
@@ -141,39 +199,15 @@ impl TwoSteps {
 
 impl<'d> Oracle<'d> {
     pub(crate) fn new(definition: &'d Definition, places: &'d Places) -> Oracle<'d> {
-        let (outputs, law): (Vec<Output>, Statement) = match &definition.law {
-            Law::Constraint { rows, unilateral, per_row } => {
-                let output = |row: &Row| match row {
-                    Row::Real(x) => Output::Real(x.index()),
-                    Row::Vector(v) => Output::Vector(v.index()),
-                };
-                let law = Statement::Constraint { unilateral: *unilateral, per_row: *per_row };
-                (rows.iter().map(output).collect(), law)
-            }
-            Law::Energy(energy) => (vec![Output::Real(energy.index())], Statement::Energy),
-            Law::Force(forces) => {
-                let moving = places.signature.moving().map(|(body, _)| &forces[body]);
-                let blocks = moving.flat_map(|f| std::iter::once(f.force).chain(f.torque));
-                (blocks.map(|v| Output::Vector(v.index())).collect(), Statement::Force)
-            }
-        };
-        let wanted = outputs.iter().map(|output| match output {
-            Output::Real(node) | Output::Vector(node) => *node,
-        });
-        let bits = |coordinates: &[Coordinate]| -> Vec<Fields> {
-            let bit = |c: &Coordinate| {
-                let slot = places.signature.body_slot(c.body, c.role);
-                slot.map_or(0, |slot: Slot| field_bit(places, slot))
-            };
-            coordinates.iter().map(bit).collect()
-        };
+        let (outputs, law) = Statement::of(definition, places);
+        let wanted = outputs.iter().map(|output| output.node());
         Oracle {
             places,
             source: Source::new(&definition.graph, places, wanted),
             outputs,
             law,
-            pose_bits: bits(&places.pose),
-            velocity_bits: bits(&places.velocity),
+            pose_bits: field_bits(places, &places.pose),
+            velocity_bits: field_bits(places, &places.velocity),
         }
     }
 
@@ -277,16 +311,7 @@ impl<'d> Oracle<'d> {
     }
 
     fn rows(&self, values: &Values<Big>) -> Vec<Big> {
-        let mut rows = Vec::new();
-        for output in &self.outputs {
-            match *output {
-                Output::Real(node) => rows.push(self.source.get(values, node).real().clone()),
-                Output::Vector(node) => {
-                    rows.extend(self.source.get(values, node).vector().iter().cloned());
-                }
-            }
-        }
-        rows
+        Output::rows(&self.outputs, &self.source, values)
     }
 
     fn velocities(&self, inputs: &[Big]) -> Vec<Big> {

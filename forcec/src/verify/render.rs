@@ -3,33 +3,53 @@
 //! In: reports. Out: one line a kernel with its worst errors, and below it, where a check fails, what failed, by how much,
 //! and the state that shows it; or one JSON object.
 
-use super::report::{Comparison, Entry, Invariant, Report, Verdict};
+use super::report::{Comparison, Entry, Invariant, Report, TextComparison, TextEntry, Verdict};
 use crate::outputs::{PARTS, Part};
+use crate::places::Inputs;
+use crate::plan::Precision;
 use crate::states::Family;
 use std::fmt::Write;
 
-/// The columns before those of the results, behind them, and those of the invariants.
-const HEADINGS: [&[&str]; 3] = [
-    &["kernel", "check", "states", "singular"],
-    &["near", "far", "of bound", "differences", "unresolved"],
-    &["Σ force", "Σ torque", "turned", "dfdv", "dfdx"],
-];
+/// What a table is at most wide; a name that is too long for it loses its middle.
+const WIDTH: usize = 120;
 
-/// A table of many kernels, failures in full below it. `force`, `dfdx` and `dfdv` are the largest errors relative to the
-/// largest entry at states of order one and stiff ones, `near` and `far` the same over all arrays at near-singular and far
-/// states; `of bound` is the largest error relative to what rounding accounts for. Then the invariants: balance of forces
-/// and torques, equivariance, symmetry of ∂F/∂V, symmetry of ∂F/∂X up to the torque.
+/// More outputs than these have one column for all.
+const MOST_PARTS: usize = 3;
+
+/// What columns of a table show.
+struct Columns {
+    parts: Vec<Part>,
+    /// Whether the outputs have a column each.
+    apart: bool,
+    precisions: Vec<Precision>,
+    /// Whether differences and invariants are there.
+    physics: bool,
+}
+
+/// A table of many kernels, a legend below it, then failures in full.
 pub fn table(reports: &[Report]) -> String {
     let compared = |part: &Part| reports.iter().any(|r| r.comparisons.iter().any(|c| c.array == *part));
     let parts: Vec<Part> = PARTS.iter().map(|row| row.part).filter(compared).collect();
-    let [before, behind, physics] = HEADINGS;
-    let names = before.iter().copied().chain(parts.iter().map(|part| part.name()));
-    let names = names.chain(behind.iter().chain(physics).copied());
-    let mut rows = vec![names.map(str::to_owned).collect::<Vec<String>>()];
-    rows.extend(reports.iter().map(|report| line(report, &parts)));
+    let printed = |p: &Precision| reports.iter().any(|r| r.text.iter().any(|text| text.precision == *p));
+    let columns = Columns {
+        apart: parts.len() <= MOST_PARTS,
+        parts,
+        precisions: Precision::ALL.into_iter().filter(printed).collect(),
+        physics: reports.iter().any(|report| !report.invariants.is_empty()),
+    };
+    let mut rows = vec![columns.headings()];
+    rows.extend(reports.iter().map(|report| columns.line(report)));
+    let rest: usize = (1..rows[0].len()).map(|column| 2 + width(&rows, column)).sum();
+    for row in &mut rows {
+        row[0] = shortened(&row[0], WIDTH.saturating_sub(rest).max(16));
+    }
     // Words stand to the left, numbers to the right.
-    let words = rows[0].len() - physics.len();
-    let mut text = columns(&rows, |column| !(2..words).contains(&column));
+    let last = rows[0].len() - usize::from(columns.physics);
+    let mut text = self::columns(&rows, |column| !(2..last).contains(&column));
+    if !reports.is_empty() {
+        text.push('\n');
+        columns.legend(&mut text);
+    }
     for report in reports.iter().filter(|report| !report.passed) {
         text.push('\n');
         details(&mut text, report);
@@ -50,15 +70,29 @@ pub fn table(reports: &[Report]) -> String {
     text
 }
 
+/// A name of at most so many letters.
+fn shortened(name: &str, most: usize) -> String {
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= most {
+        return name.to_owned();
+    }
+    let (before, behind) = (most / 2, most - most / 2 - 1);
+    letters[..before].iter().chain(&['…']).chain(&letters[letters.len() - behind..]).collect()
+}
+
+fn width(rows: &[Vec<String>], column: usize) -> usize {
+    rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0)
+}
+
 /// Rows of cells below each other; those of some columns stand to the left, others to the right.
 pub(crate) fn columns(rows: &[Vec<String>], left: impl Fn(usize) -> bool) -> String {
     let count = rows.first().map_or(0, Vec::len);
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..count).map(width).collect();
+    let widths: Vec<usize> = (0..count).map(|column| width(rows, column)).collect();
     let mut text = String::new();
     for row in rows {
         let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| {
-            if left(column) { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+            let blank = " ".repeat(width - cell.chars().count());
+            if left(column) { format!("{cell}{blank}") } else { format!("{blank}{cell}") }
         });
         text.push_str(cells.collect::<Vec<String>>().join("  ").trim_end());
         text.push('\n');
@@ -82,74 +116,120 @@ fn size(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
 }
 
-/// `pass`, and what of it was not covered: `pass, near and far not covered`.
-fn outcome(report: &Report) -> String {
-    let names: Vec<&str> = report.not_covered().into_iter().map(short).collect();
-    match names.as_slice() {
-        _ if !report.passed => "FAIL".to_owned(),
-        [] => "pass".to_owned(),
-        [name] => format!("pass, {name} not covered"),
-        [names @ .., last] => format!("pass, {} and {last} not covered", names.join(", ")),
+impl Columns {
+    fn headings(&self) -> Vec<String> {
+        let parts: Vec<&str> =
+            if self.apart { self.parts.iter().map(|part| part.name()).collect() } else { vec!["outputs"] };
+        let text: &[&str] = match self.precisions.as_slice() {
+            [] => &[],
+            [_] => &["of text"],
+            _ => &["of text", "f32"],
+        };
+        let physics: &[&str] = if self.physics { &["differences", "invariants"] } else { &[] };
+        let names = ["kernel", "check", "states"].into_iter().chain(parts).chain(["hard", "of bound"]);
+        names.chain(text.iter().chain(physics).copied()).map(str::to_owned).collect()
+    }
+
+    fn line(&self, report: &Report) -> Vec<String> {
+        let outcome = match (report.passed, report.not_covered().is_empty()) {
+            (false, _) => "FAIL",
+            (true, true) => "pass",
+            (true, false) => "pass*",
+        };
+        let mut cells = vec![report.kernel.clone(), outcome.to_owned(), report.states().to_string()];
+        let told = |error: Option<f64>| error.map_or_else(|| "-".to_owned(), size);
+        let easy = |part: &Part| {
+            let comparison = report.comparisons.iter().find(|c| c.array == *part);
+            comparison.and_then(|c| c.relative(|family| !is_hard(family)))
+        };
+        if self.apart {
+            cells.extend(self.parts.iter().map(|part| told(easy(part))));
+        } else {
+            cells.push(told(self.parts.iter().filter_map(easy).reduce(f64::max)));
+        }
+        let missing = report.not_covered();
+        let hard = |family| is_hard(family) && !missing.contains(&family);
+        cells.push(told(report.comparisons.iter().filter_map(|c| c.relative(hard)).reduce(f64::max)));
+        let worst = |c: &Comparison| c.worst.as_ref().map_or(0.0, Entry::ratio);
+        cells.push(quotient(report.comparisons.iter().map(worst).fold(0.0, f64::max)));
+        cells.extend(self.precisions.iter().map(|precision| {
+            let text = report.text.iter().find(|text| text.precision == *precision);
+            let worst = text.and_then(|text| text.worst.as_ref());
+            worst.map_or_else(|| "-".to_owned(), |worst| quotient(worst.ratio))
+        }));
+        if self.physics {
+            let differences = &report.differences;
+            cells.push(match differences.disagree {
+                0 => differences.agree.to_string(),
+                n => format!("{n} disagree"),
+            });
+            let mut symbols: Vec<&str> = report.invariants.iter().map(symbol).collect();
+            symbols.resize(INVARIANTS.len(), "·");
+            cells.push(symbols.join(" "));
+        }
+        cells
+    }
+
+    /// What the columns show.
+    fn legend(&self, text: &mut String) {
+        let names: Vec<&str> = self.parts.iter().map(|part| part.name()).collect();
+        let names = if self.apart { names.join(", ") } else { "outputs".to_owned() };
+        let mut lines = vec![
+            format!("{names}: largest error over the largest entry, at states of order one and stiff ones"),
+            "hard: the same over all outputs at near-singular and far states; -: no state tells".to_owned(),
+            "of bound: largest error over what rounding explains; above 1 fails".to_owned(),
+        ];
+        if !self.precisions.is_empty() {
+            let names: Vec<&str> = self.precisions.iter().map(|precision| precision.name()).collect();
+            lines.push(format!(
+                "of text: error of the printed kernel in {} over that of the source as written, less 8 ulp; above 4 fails",
+                names.join(", then ")
+            ));
+        }
+        if self.physics {
+            lines.push("differences: entries that central differences confirm".to_owned());
+            lines.push(format!("invariants: {}", INVARIANTS.join(", ")));
+            lines.push(
+                "  + holds, 0 holds at damping 0, ~ holds along some axes, · not invariant or not asked, ! violated"
+                    .to_owned(),
+            );
+        }
+        lines.push("pass*: a family of states is not covered, see the notes".to_owned());
+        for line in lines {
+            let _ = writeln!(text, "{line}");
+        }
     }
 }
 
-/// A family in a word.
-fn short(family: Family) -> &'static str {
-    match family {
-        Family::Rest => "rest",
-        Family::Identity => "identity",
-        Family::NearSingular => "near",
-        other => other.name(),
-    }
+/// The invariants in the order of their symbols.
+const INVARIANTS: [&str; 5] =
+    ["force balance", "torque balance", "rotation equivariance", "dfdv symmetric", "dfdx symmetric"];
+
+fn is_hard(family: Family) -> bool {
+    matches!(family, Family::NearSingular | Family::Far)
 }
 
-fn line(report: &Report, parts: &[Part]) -> Vec<String> {
-    let mut cells = vec![
-        report.kernel.clone(),
-        outcome(report),
-        report.states().to_string(),
-        report.singular().to_string(),
-    ];
-    let hard = |family| matches!(family, Family::NearSingular | Family::Far);
-    let told = |error: Option<f64>| error.map_or_else(|| "-".to_owned(), size);
-    cells.extend(parts.iter().map(|part| {
-        let comparison = report.comparisons.iter().find(|c| c.array == *part);
-        told(comparison.and_then(|c| c.relative(|family| !hard(family))))
-    }));
-    let missing = report.not_covered();
-    for family in [Family::NearSingular, Family::Far] {
-        let errors = report.comparisons.iter().filter_map(|c| c.relative(|of| of == family));
-        cells.push(told(errors.reduce(f64::max).filter(|_| !missing.contains(&family))));
-    }
-    let worst = |c: &Comparison| c.worst.as_ref().map_or(0.0, Entry::ratio);
-    let of_bound = report.comparisons.iter().map(worst).fold(0.0, f64::max);
-    cells.push(if of_bound < 10.0 { format!("{of_bound:.2}") } else { size(of_bound) });
-    let differences = &report.differences;
-    cells.push(match differences.disagree {
-        0 => format!("{} agree", differences.agree),
-        n => format!("{n} disagree"),
-    });
-    cells.push(differences.unresolved.to_string());
-    cells.extend(report.invariants.iter().map(physics));
-    cells.extend(HEADINGS[2][report.invariants.len()..].iter().map(|_| "-".to_owned()));
-    cells
+fn quotient(x: f64) -> String {
+    if x < 10.0 { format!("{x:.2}") } else { size(x) }
 }
 
-/// An invariant in few words.
-fn physics(invariant: &Invariant) -> String {
-    let detail = invariant.detail.replace("at damping 0", "kd = 0").replace("along ", "");
+/// An invariant in a letter.
+fn symbol(invariant: &Invariant) -> &'static str {
     match invariant.verdict {
-        Verdict::NotApplicable => "-".to_owned(),
-        Verdict::Violated => "VIOLATED".to_owned(),
-        verdict if detail.is_empty() => verdict.name().to_owned(),
-        verdict => format!("{}: {detail}", verdict.name()),
+        Verdict::NotApplicable | Verdict::NotInvariant => "·",
+        Verdict::Violated => "!",
+        Verdict::Holds if invariant.detail.is_empty() => "+",
+        Verdict::Holds if invariant.detail == "at damping 0" => "0",
+        Verdict::Holds => "~",
     }
 }
 
 fn details(text: &mut String, report: &Report) {
-    let what = match report.worst_failure() {
-        Some(_) => "the kernel is not its source",
-        None => "the kernel cannot be checked",
+    let is_worse = report.text.iter().any(|text| text.failures() > 0);
+    let what = match (report.worst_failure(), report.problems.is_empty()) {
+        (Some(_), _) => "the kernel is not its source",
+        (None, true) if is_worse => "the kernel is worse than its source as written",
+        (None, _) => "the kernel cannot be checked",
     };
     let _ = writeln!(text, "{}: {what}", report.kernel);
     for problem in &report.problems {
@@ -171,6 +251,9 @@ fn details(text: &mut String, report: &Report) {
         );
         worst(text, report.differences.worst.as_ref());
     }
+    for comparison in report.text.iter().filter(|text| text.failures() > 0) {
+        worse(text, comparison, report.seed);
+    }
     for invariant in report.invariants.iter().filter(|i| i.verdict == Verdict::Violated) {
         let _ = writeln!(text, "  {} is violated; the worst:", invariant.name);
         worst(text, invariant.worst.as_ref());
@@ -181,6 +264,36 @@ fn details(text: &mut String, report: &Report) {
         for input in entry.inputs.to_string().lines() {
             let _ = writeln!(text, "    {input}");
         }
+    }
+}
+
+/// Where the kernel is worse than the text, and the state that shows it.
+fn worse(text: &mut String, comparison: &TextComparison, seed: u64) {
+    let TextComparison { precision, blocks, .. } = comparison;
+    let lost: usize = comparison.broken.values().map(|broken| broken.lost).sum();
+    let _ = write!(
+        text,
+        "  in {precision} {} of {blocks} blocks are worse than the source as written",
+        comparison.failures()
+    );
+    let _ = match lost {
+        0 => writeln!(text, "; the worst:"),
+        _ => writeln!(text, ", {lost} of them not finite where the source is; the worst:"),
+    };
+    let Some(e) = &comparison.worst else { return };
+    let _ = writeln!(
+        text,
+        "    {}: exact {:?}, kernel {:?}, source {:?} ({})",
+        e.name, e.exact, e.kernel, e.text, e.family
+    );
+    let _ = writeln!(
+        text,
+        "    largest error of {}: kernel {:.1e}, source {:.1e}, allowed 4 times that and {:.1e}",
+        e.block, e.error, e.text_error, e.allowed
+    );
+    let _ = writeln!(text, "  the state that shows it ({}, seed {seed}):", e.family);
+    for input in e.inputs.to_string().lines() {
+        let _ = writeln!(text, "    {input}");
     }
 }
 
@@ -230,6 +343,25 @@ fn object(report: &Report) -> String {
         ("unresolved", report.differences.unresolved.to_string()),
         ("worst", entry(report.differences.worst.as_ref())),
     ]);
+    let written = report.text.iter().map(|text| {
+        let broken = text.broken.iter().map(|((part, family), broken)| {
+            fields(&[
+                ("array", string(part.name())),
+                ("family", string(family.name())),
+                ("blocks", broken.blocks.to_string()),
+                ("not_finite", broken.lost.to_string()),
+                ("ratio", number(broken.ratio)),
+            ])
+        });
+        fields(&[
+            ("precision", string(text.precision.name())),
+            ("states", text.states.to_string()),
+            ("blocks", text.blocks.to_string()),
+            ("failures", text.failures().to_string()),
+            ("broken", array(broken)),
+            ("worst", text.worst.as_ref().map_or_else(|| "null".to_owned(), text_entry)),
+        ])
+    });
     let invariants = report.invariants.iter().map(|i| {
         fields(&[
             ("name", string(i.name)),
@@ -247,18 +379,13 @@ fn object(report: &Report) -> String {
         ("states", array(coverage)),
         ("oracle", array(comparisons)),
         ("differences", differences),
+        ("text", array(written)),
         ("invariants", array(invariants)),
     ])
 }
 
 fn entry(entry: Option<&Entry>) -> String {
     let Some(e) = entry else { return "null".to_owned() };
-    let inputs: Vec<(&str, String)> = e
-        .inputs
-        .0
-        .iter()
-        .map(|(name, values)| (name.as_str(), array(values.iter().map(|x| number(*x)))))
-        .collect();
     fields(&[
         ("name", string(&e.name)),
         ("expected", number(e.expected)),
@@ -266,8 +393,31 @@ fn entry(entry: Option<&Entry>) -> String {
         ("error", number(e.error)),
         ("tolerance", number(e.tolerance)),
         ("family", string(e.family.name())),
-        ("inputs", fields(&inputs)),
+        ("inputs", inputs(&e.inputs)),
     ])
+}
+
+fn text_entry(e: &TextEntry) -> String {
+    fields(&[
+        ("name", string(&e.name)),
+        ("block", string(&e.block)),
+        ("exact", number(e.exact)),
+        ("kernel", number(e.kernel)),
+        ("text", number(e.text)),
+        ("error", number(e.error)),
+        ("text_error", number(e.text_error)),
+        ("allowed", number(e.allowed)),
+        ("ratio", number(e.ratio)),
+        ("family", string(e.family.name())),
+        ("inputs", inputs(&e.inputs)),
+    ])
+}
+
+fn inputs(inputs: &Inputs) -> String {
+    let values = |values: &[f64]| array(values.iter().map(|x| number(*x)));
+    let inputs: Vec<(&str, String)> =
+        inputs.0.iter().map(|(name, list)| (name.as_str(), values(list))).collect();
+    fields(&inputs)
 }
 
 fn fields(fields: &[(&str, String)]) -> String {

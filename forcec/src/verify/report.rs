@@ -2,7 +2,9 @@
 
 use crate::outputs::Part;
 use crate::places::Inputs;
+use crate::plan::Precision;
 use crate::states::Family;
+use std::collections::BTreeMap;
 
 /// One number that was compared, and the state that shows it.
 #[derive(Clone, Debug)]
@@ -123,6 +125,92 @@ pub struct Invariant {
     pub worst: Option<Entry>,
 }
 
+/// One entry of a kernel against the text as it is written.
+#[derive(Clone, Debug)]
+pub struct TextEntry {
+    /// Which: `dfdx[a.ry][b.x]`.
+    pub name: String,
+    /// The block it belongs to: `dfdx[a.x .. a.rz][b.x .. b.rz]`.
+    pub block: String,
+    /// What the kernel gives.
+    pub kernel: f64,
+    /// What the text gives.
+    pub text: f64,
+    /// What the mathematics gives.
+    pub exact: f64,
+    /// The error of the kernel, the largest of the block.
+    pub error: f64,
+    /// The largest error of the text in the block.
+    pub text_error: f64,
+    /// What is allowed however exact the text is.
+    pub allowed: f64,
+    /// (error − allowed) / text_error, a failure above 4; infinite where the text is finite and the kernel is not.
+    pub ratio: f64,
+    /// The kind of state.
+    pub family: Family,
+    /// The state.
+    pub inputs: Inputs,
+}
+
+/// Blocks that break the rule, of one result and one family.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Broken {
+    /// How many, over all states.
+    pub blocks: usize,
+    /// How many of them for a number that is not finite.
+    pub lost: usize,
+    /// The largest ratio.
+    pub ratio: f64,
+}
+
+/// A kernel as it is printed against the text as it is written, in one precision.
+#[derive(Clone, Debug)]
+pub struct TextComparison {
+    /// The precision.
+    pub precision: Precision,
+    /// States that were compared.
+    pub states: usize,
+    /// Blocks that were compared, over all states.
+    pub blocks: usize,
+    /// Where the rule is broken.
+    pub broken: BTreeMap<(Part, Family), Broken>,
+    /// The block with the largest ratio.
+    pub worst: Option<TextEntry>,
+}
+
+impl TextComparison {
+    pub(crate) fn new(precision: Precision) -> TextComparison {
+        TextComparison { precision, states: 0, blocks: 0, broken: BTreeMap::new(), worst: None }
+    }
+
+    /// Notes a block.
+    pub(crate) fn note(
+        &mut self,
+        array: Part,
+        family: Family,
+        lost: bool,
+        ratio: f64,
+        most: f64,
+        entry: impl Fn() -> TextEntry,
+    ) {
+        self.blocks += 1;
+        if ratio > most {
+            let broken = self.broken.entry((array, family)).or_default();
+            broken.blocks += 1;
+            broken.lost += usize::from(lost);
+            broken.ratio = broken.ratio.max(ratio);
+        }
+        if self.worst.as_ref().is_none_or(|worst| ratio > worst.ratio) {
+            self.worst = Some(entry());
+        }
+    }
+
+    /// How many blocks break the rule.
+    pub fn failures(&self) -> usize {
+        self.broken.values().map(|broken| broken.blocks).sum()
+    }
+}
+
 /// The states of one family.
 #[derive(Clone, Copy, Debug)]
 pub struct Coverage {
@@ -159,6 +247,8 @@ pub struct Report {
     pub comparisons: Vec<Comparison>,
     /// Differences in doubles.
     pub differences: Differences,
+    /// The text as it is written, in each precision that is printed.
+    pub text: Vec<TextComparison>,
     /// The physics.
     pub invariants: Vec<Invariant>,
     /// What keeps the check from saying anything, in words.

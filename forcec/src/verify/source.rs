@@ -271,9 +271,12 @@ impl<'g, N: Number> Source<'g, N> {
     /// own: what moves off it has another derivative on each side, and either is right.
     fn side(&self, node: &Node, values: &Values<N>) -> Option<Ordering> {
         let real = |x: Real| self.get(values, x.index()).real();
-        let zero = N::exact(&Exact::ZERO);
+        let zero;
         let (x, y) = match node {
-            Node::Call(Function::Abs | Function::Signum, arguments) => (real(arguments[0]), &zero),
+            Node::Call(Function::Abs | Function::Signum, arguments) => {
+                zero = N::exact(&Exact::ZERO);
+                (real(arguments[0]), &zero)
+            }
             Node::Call(Function::Min | Function::Max, arguments) => (real(arguments[0]), real(arguments[1])),
             Node::Compare(_, x, y) => (real(*x), real(*y)),
             _ => return None,
@@ -365,13 +368,18 @@ impl<'g, N: Number> Source<'g, N> {
                 }
                 Value::Real(sum.unwrap_or_else(|| step.numbers[0].clone()))
             }
-            Node::Product(factors) => Value::Real(
-                factors
-                    .iter()
-                    .map(|(x, n)| power(real!(x), *n))
-                    .reduce(|product, factor| product * factor)
-                    .unwrap_or_else(|| N::exact(&Exact::ONE)),
-            ),
+            Node::Product(factors) => {
+                let mut product: Option<N> = None;
+                for (x, n) in factors {
+                    product = Some(match (product, *n) {
+                        // A quotient is one division.
+                        (Some(product), -1) => product / real!(x),
+                        (Some(product), n) => product * power(real!(x), n),
+                        (None, n) => power(real!(x), n),
+                    });
+                }
+                Value::Real(product.unwrap_or_else(|| N::exact(&Exact::ONE)))
+            }
             Node::Dot(u, v) => Value::Real(dot(&vector!(u), &vector!(v))),
             Node::Component(v, axis) => {
                 Value::Real(self.get(values, v.index()).vector()[*axis as usize].clone())

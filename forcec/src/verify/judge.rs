@@ -1,0 +1,208 @@
+//! A kernel is never worse than its author's text.
+//!
+//! In: a kernel as it is printed in one precision, and states with what the mathematics gives there. Out: how its errors compare
+//! with those of the source evaluated as written, in the same precision, at the same inputs ([`super::written`]). The rule,
+//! for every block of a result, the rows of one body by the columns of one body: the largest error of the kernel is at most
+//! [`FACTOR`] times the largest error of the text, and [`UNITS`] units in the last place of the largest entry; and an entry
+//! that is finite in the text is finite in the kernel.
+
+use super::big::Big;
+use super::dual::Scalar;
+use super::report::{TextComparison, TextEntry};
+use super::written::{Written, is_second};
+use super::{Subject, quaternions};
+use crate::bodies::Slot;
+use crate::outputs::{Array, Axis, Part, spans};
+use crate::places::Places;
+use crate::plan::Precision;
+use crate::scalar::Id;
+use crate::states::{Family, State};
+use std::ops::Range;
+
+/// What the error of the text is multiplied by.
+pub(crate) const FACTOR: f64 = 4.0;
+/// Units in the last place of the largest entry of a block that are allowed besides.
+const UNITS: f64 = 8.0;
+
+/// A kernel as it is printed, in one precision.
+pub struct Printed<'a> {
+    /// The precision.
+    pub precision: Precision,
+    /// Its outputs, every array row by row, in the order of the program, given the value of each argument. Numbers of the
+    /// precision, as doubles. `None` if an entry is never written.
+    pub evaluate: &'a dyn Fn(&dyn Fn(Slot) -> f64) -> Option<Vec<f64>>,
+}
+
+/// Every result at a state, row by row, in the order of the program; `None` for those left out.
+type Results<'a> = Box<dyn Fn(&[f64], bool) -> Vec<Option<Vec<f64>>> + 'a>;
+
+/// One kernel in one precision, and what was found so far.
+pub(super) struct Judge<'a> {
+    places: &'a Places,
+    arrays: &'a [Array<Id>],
+    printed: &'a Printed<'a>,
+    text: Results<'a>,
+    found: TextComparison,
+}
+
+fn text<'a, F: Scalar + 'a>(subject: &Subject<'a>, places: &'a Places) -> Results<'a> {
+    let written: Written<F> = Written::new(subject.source, places);
+    let parts: Vec<Part> = subject.program.arrays.iter().map(|array| array.part).collect();
+    Box::new(move |inputs, second| {
+        let second = second && parts.iter().any(|part| is_second(*part));
+        let text = written.at(inputs.iter().map(|x| F::of(*x)).collect(), second);
+        let wide = |part: &Part| text.part(*part).iter().map(F::wide).collect();
+        parts.iter().map(|part| (second || !is_second(*part)).then(|| wide(part))).collect()
+    })
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(subject: &Subject<'a>, places: &'a Places, printed: &'a Printed<'a>) -> Judge<'a> {
+        let text = match printed.precision {
+            Precision::F64 => text::<f64>(subject, places),
+            Precision::F32 => text::<f32>(subject, places),
+        };
+        let found = TextComparison::new(printed.precision);
+        Judge { places, arrays: &subject.program.arrays, printed, text, found }
+    }
+
+    /// The state as this precision holds it; `None` if it does not.
+    pub(super) fn state(&self, state: &State) -> Option<State> {
+        if self.printed.precision == Precision::F64 {
+            return Some(state.clone());
+        }
+        let mut values: Vec<f64> = state.values.iter().map(|x| f64::from(*x as f32)).collect();
+        for at in quaternions(self.places) {
+            let unit = unit_quaternion([0, 1, 2, 3].map(|k| state.values[at + k]));
+            values[at..at + 4].copy_from_slice(&unit.map(f64::from));
+        }
+        values.iter().all(|x| x.is_finite()).then_some(State { values, ..*state })
+    }
+
+    /// Compares at a state of this precision. `exact` has every result row by row, in the order of the program, where it is
+    /// known; `noise` is what it may be off by. Where `edges` is true some formula has no derivative but for its arguments
+    /// staying what they are: no kernel has to be finite there.
+    pub(super) fn see(
+        &mut self,
+        family: Family,
+        state: &State,
+        exact: &[Option<Vec<&Big>>],
+        noise: f64,
+        edges: bool,
+    ) {
+        self.found.states += 1;
+        let second =
+            self.arrays.iter().zip(exact).any(|(array, exact)| is_second(array.part) && exact.is_some());
+        let text = (self.text)(&state.values, second);
+        let Some(kernel) = (self.printed.evaluate)(&|slot| state.values[self.places.place(slot)]) else {
+            return;
+        };
+        let mut rest = kernel.as_slice();
+        for ((array, exact), text) in self.arrays.iter().zip(exact).zip(&text) {
+            let (kernel, after) = rest.split_at(array.entries.len());
+            rest = after;
+            let (Some(exact), Some(text)) = (exact, text) else { continue };
+            let errors: Vec<[f64; 2]> = (0..kernel.len())
+                .map(|k| [kernel[k], text[k]].map(|x| (exact[k].clone() - Big::from_f64(x)).to_f64().abs()))
+                .collect();
+            let (rows, columns) = self.blocks(array);
+            for (rows, columns) in rows.iter().flat_map(|rows| columns.iter().map(move |c| (rows, c))) {
+                let places = rows.clone().flat_map(|r| columns.clone().map(move |c| r * array.columns + c));
+                let places: Vec<usize> = places.collect();
+                if places.is_empty() {
+                    continue;
+                }
+                let largest = places.iter().map(|k| exact[*k].to_f64().abs()).filter(|x| *x > noise);
+                let allowed = UNITS * self.unit(largest.fold(0.0, f64::max)) + noise;
+                let worst = |which: usize| {
+                    let by_error = |a: &&usize, b: &&usize| errors[**a][which].total_cmp(&errors[**b][which]);
+                    *places.iter().max_by(by_error).expect("a block has entries")
+                };
+                let lost = places.iter().copied().find(|k| text[*k].is_finite() && !kernel[*k].is_finite());
+                let lost = lost.filter(|_| !edges);
+                let place = lost.unwrap_or_else(|| worst(0));
+                let [error, by_text] = [errors[place][0], errors[worst(1)][1]];
+                let ratio = match lost {
+                    Some(_) => f64::INFINITY,
+                    // Where the text is not finite there is nothing to compare with.
+                    None if !by_text.is_finite() || !error.is_finite() => continue,
+                    None if error <= allowed => 0.0,
+                    None => (error - allowed) / by_text,
+                };
+                let part = array.part;
+                let entry = || TextEntry {
+                    name: crate::outputs::Output::new(part, place / array.columns, place % array.columns)
+                        .named(&self.places.signature),
+                    block: spans(part, rows, std::slice::from_ref(columns), &self.places.signature),
+                    kernel: kernel[place],
+                    text: text[place],
+                    exact: exact[place].to_f64(),
+                    error,
+                    text_error: by_text,
+                    allowed,
+                    ratio,
+                    family,
+                    inputs: self.places.inputs(&state.values),
+                };
+                self.found.note(part, family, lost.is_some(), ratio, FACTOR, entry);
+            }
+        }
+    }
+
+    /// The unit in the last place of a size, and room for what underflows.
+    fn unit(&self, size: f64) -> f64 {
+        match self.printed.precision {
+            Precision::F64 => size.next_up() - size + f64::MIN_POSITIVE,
+            Precision::F32 => {
+                let below = size as f32;
+                f64::from(below.next_up()) - f64::from(below) + f64::from(f32::MIN_POSITIVE)
+            }
+        }
+    }
+
+    /// The rows and the columns of each block.
+    fn blocks(&self, array: &Array<Id>) -> (Vec<Range<usize>>, Vec<Range<usize>>) {
+        let pose = &self.places.pose;
+        let mut bodies: Vec<Range<usize>> = Vec::new();
+        for (k, coordinate) in pose.iter().enumerate() {
+            match bodies.last_mut() {
+                Some(body) if pose[body.start].body == coordinate.body => body.end = k + 1,
+                _ => bodies.push(k..k + 1),
+            }
+        }
+        let row = array.part.row();
+        let rows = if row.rows == Axis::Coordinate {
+            bodies.clone()
+        } else {
+            vec![0..array.entries.len() / array.columns.max(1)]
+        };
+        (rows, if row.columns.is_none() { vec![0..1] } else { bodies })
+    }
+
+    pub(super) fn finish(self) -> TextComparison {
+        self.found
+    }
+}
+
+/// The quaternion near q whose stored floats come nearest to length one.
+fn unit_quaternion(q: [f64; 4]) -> [f32; 4] {
+    let excess = |q: &[f32; 4]| q.iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>() - 1.0;
+    let near = q.map(|x| x as f32);
+    let mut best = near;
+    for choice in 0..625u32 {
+        let mut candidate = near;
+        for (k, x) in candidate.iter_mut().enumerate() {
+            *x = match choice / 5u32.pow(k as u32) % 5 {
+                0 => *x,
+                1 => x.next_up(),
+                2 => x.next_down(),
+                3 => x.next_up().next_up(),
+                _ => x.next_down().next_down(),
+            };
+        }
+        if excess(&candidate).abs() < excess(&best).abs() {
+            best = candidate;
+        }
+    }
+    best
+}
