@@ -3,8 +3,8 @@
 //! In: a function and a program that computes any choice of results. Out: a [`Report`] of their entries at the states of a
 //! check, against the exact oracle. Differences and invariants are left to the check of the whole kernel.
 
-use super::judge::{Judge, Printed};
-use super::oracle::{Oracle, Singular};
+use super::judge::{Judge, Known, Printed};
+use super::oracle::Oracle;
 use super::report::{Comparison, Coverage, Differences, Report, TextComparison};
 use super::tape::Tape;
 use super::{CheckOptions, Here, Subject, input_errors};
@@ -23,10 +23,10 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
         program.arrays.iter().map(|array| Comparison::new(array.part)).collect();
     let mut judges: Vec<Judge> =
         printed.iter().map(|printed| Judge::new(subject, &places, printed)).collect();
-    let exact_at = |state: &State| {
-        let point = oracle.unit_point(state)?;
-        let arrays: Result<Vec<_>, _> = program.arrays.iter().map(|array| point.part(array.part)).collect();
-        Ok::<_, Singular>((point.noise, point.has_edges(), arrays?))
+    let known = |state: &State| {
+        let point = oracle.unit_point(state).ok()?;
+        let results = program.arrays.iter().map(|array| point.part(array.part).ok().map(Some));
+        Some(Known { results: results.collect::<Option<_>>()?, noise: point.noise, edges: point.has_edges() })
     };
     let mut coverage = Vec::new();
     for family in Family::ALL {
@@ -36,33 +36,30 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
             number += 1;
             let mut random = Random::new(seed(options.seed, family, number));
             let state = draw(&places, oracle.is_constraint(), family, states.checked, &mut random);
-            let Ok((noise, edges, exact)) = exact_at(&state) else {
+            let Some(truth) = known(&state) else {
                 states.singular += 1;
                 continue;
             };
             for judge in &mut judges {
                 let Some(own) = judge.state(&state) else { continue };
-                let moved = (own.values != state.values).then(|| exact_at(&own));
-                let (noise, edges, exact) = match &moved {
-                    None => (noise, edges, &exact),
-                    Some(Ok((noise, edges, exact))) => (*noise, *edges, exact),
-                    Some(Err(_)) => continue,
-                };
-                let exact: Vec<_> = exact.iter().map(|entries| Some(entries.iter().collect())).collect();
-                judge.see(family, &own, &exact, noise, edges);
+                let moved = (own.values != state.values).then(|| known(&own));
+                if let Some(truth) = moved.as_ref().map_or(Some(&truth), Option::as_ref) {
+                    judge.see(family, &own, truth, &known);
+                }
             }
             states.checked += 1;
             let computed = tape.bounds(&state.values, &input_errors(&places, &state.values));
             let mut computed = computed.as_slice();
             let here = Here { places: &places, family, state: &state };
+            let exact = truth.results.iter().flatten();
             for ((array, exact), comparison) in program.arrays.iter().zip(exact).zip(&mut comparisons) {
                 let (entries, rest) = computed.split_at(exact.len());
                 computed = rest;
                 let largest = exact.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
                 // As in the check of the whole kernel: truncation of the oracle's quotients.
-                let slack = noise + largest * 2f64.powi(-60);
+                let slack = truth.noise + largest * 2f64.powi(-60);
                 let mut furthest = 0.0f64;
-                for (((output, _), exact), entry) in array.outputs().zip(&exact).zip(entries) {
+                for (((output, _), exact), entry) in array.outputs().zip(exact).zip(entries) {
                     let (error, _) = here.compare(comparison, output, exact, *entry, slack);
                     furthest = furthest.max(error);
                 }

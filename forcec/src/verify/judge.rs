@@ -4,7 +4,8 @@
 //! with those of the source evaluated as written, in the same precision, at the same inputs ([`super::written`]). The rule,
 //! for every block of a result, the rows of one body by the columns of one body: the largest error of the kernel is at most
 //! [`FACTOR`] times the largest error of the text, and [`UNITS`] units in the last place of the largest entry; and an entry
-//! that is finite in the text is finite in the kernel.
+//! that is finite in the text is finite in the kernel. At a single state the roundings of the text may cancel by luck: where
+//! the rule seems broken, the error of the text is the largest at the state and at a few states beside it.
 
 use super::big::Big;
 use super::dual::Scalar;
@@ -12,17 +13,20 @@ use super::report::{TextComparison, TextEntry};
 use super::written::{Written, is_second};
 use super::{Subject, quaternions};
 use crate::bodies::Slot;
-use crate::outputs::{Array, Axis, Part, spans};
+use crate::outputs::{Array, Axis, Output, Part, spans};
 use crate::places::Places;
 use crate::plan::Precision;
 use crate::scalar::Id;
-use crate::states::{Family, State};
+use crate::states::{Family, Random, State};
 use std::ops::Range;
 
 /// What the error of the text is multiplied by.
 pub(crate) const FACTOR: f64 = 4.0;
 /// Units in the last place of the largest entry of a block that are allowed besides.
 const UNITS: f64 = 8.0;
+
+/// States beside one at which the text is evaluated too, where the state alone says that the kernel is worse.
+const NEIGHBOURS: usize = 8;
 
 /// A kernel as it is printed, in one precision.
 pub struct Printed<'a> {
@@ -31,6 +35,23 @@ pub struct Printed<'a> {
     /// Its outputs, every array row by row, in the order of the program, given the value of each argument. Numbers of the
     /// precision, as doubles. `None` if an entry is never written.
     pub evaluate: &'a dyn Fn(&dyn Fn(Slot) -> f64) -> Option<Vec<f64>>,
+}
+
+/// What the mathematics gives at a state.
+pub(super) struct Known {
+    /// Every result row by row, in the order of the program, where it is known.
+    pub(super) results: Vec<Option<Vec<Big>>>,
+    /// What it may be off by.
+    pub(super) noise: f64,
+    /// Whether some formula has no derivative but for its arguments staying what they are: no kernel has to be finite there.
+    pub(super) edges: bool,
+}
+
+impl Known {
+    fn has_second(&self, arrays: &[Array<Id>]) -> bool {
+        let mut results = arrays.iter().zip(&self.results);
+        results.any(|(array, known)| is_second(array.part) && known.is_some())
+    }
 }
 
 /// Every result at a state, row by row, in the order of the program; `None` for those left out.
@@ -79,66 +100,61 @@ impl<'a> Judge<'a> {
         values.iter().all(|x| x.is_finite()).then_some(State { values, ..*state })
     }
 
-    /// Compares at a state of this precision. `exact` has every result row by row, in the order of the program, where it is
-    /// known; `noise` is what it may be off by. Where `edges` is true some formula has no derivative but for its arguments
-    /// staying what they are: no kernel has to be finite there.
+    /// Compares at a state of this precision, where the truth is known, and is found at states beside it.
     pub(super) fn see(
         &mut self,
         family: Family,
         state: &State,
-        exact: &[Option<Vec<&Big>>],
-        noise: f64,
-        edges: bool,
+        truth: &Known,
+        beside: &dyn Fn(&State) -> Option<Known>,
     ) {
         self.found.states += 1;
-        let second =
-            self.arrays.iter().zip(exact).any(|(array, exact)| is_second(array.part) && exact.is_some());
-        let text = (self.text)(&state.values, second);
         let Some(kernel) = (self.printed.evaluate)(&|slot| state.values[self.places.place(slot)]) else {
             return;
         };
-        let mut rest = kernel.as_slice();
-        for ((array, exact), text) in self.arrays.iter().zip(exact).zip(&text) {
-            let (kernel, after) = rest.split_at(array.entries.len());
-            rest = after;
-            let (Some(exact), Some(text)) = (exact, text) else { continue };
-            let errors: Vec<[f64; 2]> = (0..kernel.len())
-                .map(|k| [kernel[k], text[k]].map(|x| (exact[k].clone() - Big::from_f64(x)).to_f64().abs()))
-                .collect();
+        let text = (self.text)(&state.values, truth.has_second(self.arrays));
+        let mut neighbours: Option<Vec<(Known, Vec<Option<Vec<f64>>>)>> = None;
+        let mut start = 0;
+        for (index, array) in self.arrays.iter().enumerate() {
+            let kernel = &kernel[start..start + array.entries.len()];
+            start += array.entries.len();
+            let (Some(exact), Some(written)) = (&truth.results[index], &text[index]) else { continue };
             let (rows, columns) = self.blocks(array);
             for (rows, columns) in rows.iter().flat_map(|rows| columns.iter().map(move |c| (rows, c))) {
                 let places = rows.clone().flat_map(|r| columns.clone().map(move |c| r * array.columns + c));
                 let places: Vec<usize> = places.collect();
-                if places.is_empty() {
-                    continue;
-                }
-                let largest = places.iter().map(|k| exact[*k].to_f64().abs()).filter(|x| *x > noise);
-                let allowed = UNITS * self.unit(largest.fold(0.0, f64::max)) + noise;
-                let worst = |which: usize| {
-                    let by_error = |a: &&usize, b: &&usize| errors[**a][which].total_cmp(&errors[**b][which]);
-                    *places.iter().max_by(by_error).expect("a block has entries")
-                };
-                let lost = places.iter().copied().find(|k| text[*k].is_finite() && !kernel[*k].is_finite());
-                let lost = lost.filter(|_| !edges);
-                let place = lost.unwrap_or_else(|| worst(0));
-                let [error, by_text] = [errors[place][0], errors[worst(1)][1]];
-                let ratio = match lost {
+                let largest = places.iter().map(|k| exact[*k].to_f64().abs()).filter(|x| *x > truth.noise);
+                let allowed = UNITS * self.unit(largest.fold(0.0, f64::max)) + truth.noise;
+                let lost =
+                    places.iter().copied().find(|k| written[*k].is_finite() && !kernel[*k].is_finite());
+                let lost = lost.filter(|_| !truth.edges);
+                let Some((place, error)) = furthest(&places, kernel, exact) else { continue };
+                let by_text =
+                    |written: &[f64], exact: &[Big]| furthest(&places, written, exact).map_or(0.0, |x| x.1);
+                let mut text_error = by_text(written, exact);
+                let ratio = |text_error: f64| match lost {
                     Some(_) => f64::INFINITY,
                     // Where the text is not finite there is nothing to compare with.
-                    None if !by_text.is_finite() || !error.is_finite() => continue,
-                    None if error <= allowed => 0.0,
-                    None => (error - allowed) / by_text,
+                    None if !text_error.is_finite() || !error.is_finite() || error <= allowed => 0.0,
+                    None => (error - allowed) / text_error,
                 };
-                let part = array.part;
+                if lost.is_none() && ratio(text_error) > FACTOR {
+                    let neighbours = neighbours.get_or_insert_with(|| self.neighbours(state, beside));
+                    let errors = neighbours.iter().filter_map(|(known, written)| {
+                        Some(by_text(written[index].as_ref()?, known.results[index].as_ref()?))
+                    });
+                    text_error = errors.filter(|error| error.is_finite()).fold(text_error, f64::max);
+                }
+                let (part, place, ratio) = (array.part, lost.unwrap_or(place), ratio(text_error));
                 let entry = || TextEntry {
-                    name: crate::outputs::Output::new(part, place / array.columns, place % array.columns)
+                    name: Output::new(part, place / array.columns, place % array.columns)
                         .named(&self.places.signature),
                     block: spans(part, rows, std::slice::from_ref(columns), &self.places.signature),
                     kernel: kernel[place],
-                    text: text[place],
+                    text: written[place],
                     exact: exact[place].to_f64(),
                     error,
-                    text_error: by_text,
+                    text_error,
                     allowed,
                     ratio,
                     family,
@@ -149,13 +165,58 @@ impl<'a> Judge<'a> {
         }
     }
 
+    /// States beside one, with the truth and the text there: every number a few units in its last place away, but for zeros,
+    /// quaternions, and what is known while compiling.
+    fn neighbours(
+        &self,
+        state: &State,
+        beside: &dyn Fn(&State) -> Option<Known>,
+    ) -> Vec<(Known, Vec<Option<Vec<f64>>>)> {
+        let mut stays: Vec<bool> = state.values.iter().map(|x| *x == 0.0).collect();
+        for at in quaternions(self.places) {
+            stays[at..at + 4].fill(true);
+        }
+        let signature = &self.places.signature;
+        for (p, parameter) in signature.parameters.iter().chain(&signature.extras).enumerate() {
+            if parameter.value.is_some() {
+                stays[self.places.parameter(p)..][..parameter.ty.length() as usize].fill(true);
+            }
+        }
+        let bits = state.values.iter().fold(0u64, |bits, x| bits.rotate_left(7) ^ x.to_bits());
+        let mut random = Random::new(bits);
+        let mut found = Vec::new();
+        for _ in 0..NEIGHBOURS {
+            let mut values = state.values.clone();
+            for (x, _) in values.iter_mut().zip(&stays).filter(|(_, stays)| !**stays) {
+                for _ in 0..random.next() % 3 {
+                    *x = self.next(*x);
+                }
+                *x = if random.chance(2) { -self.next(-*x) } else { *x };
+            }
+            let state = State { values, ..*state };
+            if let Some(known) = beside(&state) {
+                let text = (self.text)(&state.values, known.has_second(self.arrays));
+                found.push((known, text));
+            }
+        }
+        found
+    }
+
+    /// The next larger number of the precision.
+    fn next(&self, x: f64) -> f64 {
+        match self.printed.precision {
+            Precision::F64 => x.next_up(),
+            Precision::F32 => f64::from((x as f32).next_up()),
+        }
+    }
+
     /// The unit in the last place of a size, and room for what underflows.
     fn unit(&self, size: f64) -> f64 {
         match self.printed.precision {
             Precision::F64 => size.next_up() - size + f64::MIN_POSITIVE,
             Precision::F32 => {
-                let below = size as f32;
-                f64::from(below.next_up()) - f64::from(below) + f64::from(f32::MIN_POSITIVE)
+                let below = f64::from(size as f32);
+                self.next(below) - below + f64::from(f32::MIN_POSITIVE)
             }
         }
     }
@@ -182,6 +243,16 @@ impl<'a> Judge<'a> {
     pub(super) fn finish(self) -> TextComparison {
         self.found
     }
+}
+
+/// The entry among some that is furthest from the truth, and how far; one that is not a number is furthest.
+fn furthest(places: &[usize], computed: &[f64], exact: &[Big]) -> Option<(usize, f64)> {
+    let error = |place: usize| match (exact[place].clone() - Big::from_f64(computed[place])).to_f64().abs() {
+        error if error.is_nan() => f64::INFINITY,
+        error => error,
+    };
+    let errors = places.iter().map(|place| (*place, error(*place)));
+    errors.max_by(|(_, a), (_, b)| a.total_cmp(b))
 }
 
 /// The quaternion near q whose stored floats come nearest to length one.

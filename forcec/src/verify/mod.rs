@@ -40,7 +40,7 @@ use crate::states::{Random, State, draw, excess, seed};
 use big::Big;
 use differences::Answer;
 use invariants::{Invariants, Seen};
-use judge::Judge;
+use judge::{Judge, Known};
 use oracle::{Columns, Oracle, Point, Singular};
 use report::ratio;
 use tape::{Bounded, Tape};
@@ -146,6 +146,15 @@ struct Exact<'o, 'd> {
     direction: Option<Vec<f64>>,
 }
 
+/// The truth in the order of a whole kernel's outputs.
+fn known(point: &Point, dfdx: Option<&Columns>, dfdv: &Columns) -> Known {
+    Known {
+        results: vec![Some(point.force.clone()), dfdx.map(Columns::by_row), Some(dfdv.by_row())],
+        noise: point.noise,
+        edges: point.has_edges(),
+    }
+}
+
 /// Where the quaternions among the inputs begin.
 pub(crate) fn quaternions(places: &Places) -> Vec<usize> {
     let bodies = 0..places.signature.bodies.len();
@@ -216,21 +225,22 @@ impl<'a> Checker<'a> {
     /// Compares the kernels with the text as it is written, at the state as their precision holds it.
     fn judge(&mut self, family: Family, state: &State, exact: &Exact<'a, 'a>) {
         let full = exact.direction.is_none();
+        let oracle = self.oracle;
+        let known = |state: &State| {
+            let point = oracle.unit_point(state).ok()?;
+            let dfdx = if full { Some(point.dfdx().ok()?) } else { None };
+            Some(known(&point, dfdx.as_ref(), &point.dfdv().ok()?))
+        };
         for judge in &mut self.judges {
             let Some(own) = judge.state(state) else { continue };
-            let moved = (own.values != state.values).then(|| {
-                let point = self.oracle.unit_point(&own)?;
-                let dfdx = if full { Some(point.dfdx()?) } else { None };
-                Ok((point.dfdv()?, dfdx, point))
-            });
-            let (point, dfdv, dfdx) = match &moved {
-                Some(Err(Singular::Value | Singular::Branch)) => continue,
-                Some(Ok((dfdv, dfdx, point))) => (point, dfdv, dfdx.as_ref()),
-                None => (&exact.point, &exact.dfdv, full.then_some(&exact.dfdx)),
+            let truth = if own.values == state.values {
+                Some(self::known(&exact.point, full.then_some(&exact.dfdx), &exact.dfdv))
+            } else {
+                known(&own)
             };
-            let results =
-                [Some(point.force.iter().collect()), dfdx.map(Columns::by_row), Some(dfdv.by_row())];
-            judge.see(family, &own, &results, point.noise, point.has_edges());
+            if let Some(truth) = truth {
+                judge.see(family, &own, &truth, &known);
+            }
         }
     }
 

@@ -139,9 +139,9 @@ pub(crate) struct Columns {
 
 impl Columns {
     /// Its entries row by row.
-    pub(crate) fn by_row(&self) -> Vec<&Big> {
+    pub(crate) fn by_row(&self) -> Vec<Big> {
         let rows = 0..self.columns.first().map_or(0, Vec::len);
-        rows.flat_map(|row| self.columns.iter().map(move |column| &column[row])).collect()
+        rows.flat_map(|row| self.columns.iter().map(move |column| column[row].clone())).collect()
     }
 
     /// The matrix times a direction.
@@ -582,13 +582,9 @@ impl Point<'_, '_> {
 
     /// A result, row by row.
     pub(crate) fn part(&self, part: Part) -> Result<Vec<Big>, Singular> {
-        let transposed = |columns: Columns| -> Vec<Big> {
-            let rows = 0..columns.columns.first().map_or(0, Vec::len);
-            rows.flat_map(|row| columns.columns.iter().map(move |column| column[row].clone())).collect()
-        };
         let stepped = |of: &Of| {
             let h = self.extra("step")[0].clone();
-            let (along_x, along_v) = (transposed(self.along_pose(of)?), transposed(self.along_velocity(of)?));
+            let (along_x, along_v) = (self.along_pose(of)?.by_row(), self.along_velocity(of)?.by_row());
             let pairs = Iterator::zip(along_v.into_iter(), along_x);
             Ok(pairs.map(|(dv, dx)| h.clone() * (dv + h.clone() * dx)).collect())
         };
@@ -600,8 +596,8 @@ impl Point<'_, '_> {
             }
             Part::Jacobian => self.jacobian.concat(),
             Part::Force => self.force.clone(),
-            Part::Dfdx => transposed(self.dfdx()?),
-            Part::Dfdv => transposed(self.dfdv()?),
+            Part::Dfdx => self.dfdx()?.by_row(),
+            Part::Dfdv => self.dfdv()?.by_row(),
             Part::Impulse => {
                 let (h, velocities) = (self.extra("step"), self.oracle.velocities(&self.inputs));
                 let step: Vec<Big> = velocities.iter().map(|v| h[0].clone() * v.clone()).collect();
