@@ -15,7 +15,7 @@ use forcec::span::Source;
 use forcec::syntax::ast;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject as Probed};
-use forcec::{Layout, Part, check, syntax, targets};
+use forcec::{Effort, Layout, Part, check, syntax, targets};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -90,12 +90,10 @@ pub struct Subject {
     parameters: Vec<(String, Vec<f64>, bool)>,
     multipliers: bool,
     rows: bool,
-    /// The statements of its dense kernel.
-    pub length: usize,
 }
 
-/// The force functions of folders of this repository.
-pub fn subjects(folders: &[&str]) -> Vec<Subject> {
+/// The force functions of folders of this repository that are wanted, by name and by how many nodes their graph has.
+pub fn subjects(folders: &[&str], wanted: &(dyn Fn(&str, usize) -> bool + Sync)) -> Vec<Subject> {
     let mut paths: Vec<PathBuf> = Vec::new();
     for name in folders {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
@@ -110,10 +108,12 @@ pub fn subjects(folders: &[&str]) -> Vec<Subject> {
         let text = std::fs::read_to_string(&path).expect("a force file can be read");
         let stem = path.file_stem().expect("a file has a name").to_string_lossy().into_owned();
         let tree = syntax::parse(&Source::new(format!("{stem}.rs"), text)).unwrap_or_else(|e| panic!("{e}"));
-        let definitions = check::check(&tree).unwrap_or_else(|e| panic!("{e}")).definitions;
-        let compiled = compile_file(&tree, &|_| true, Request { settled: true, ..Request::default() });
+        let mut definitions = check::check(&tree).unwrap_or_else(|e| panic!("{e}")).definitions;
+        definitions.retain(|own| wanted(&format!("{stem}::{}", own.name), own.graph.len()));
+        let chosen = |name: &str| definitions.iter().any(|own| own.name == name);
+        let compiled = compile_file(&tree, &chosen, Request { settled: true, ..Effort::Quick.into() });
         let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
-        let subject = |(stages, definition): (&Stages, forcec::definition::Definition)| {
+        let subject = |(stages, definition): (&Stages, &forcec::definition::Definition)| {
             let signature = &stages.program.signature;
             let probed = Probed { source: &stages.source, program: &stages.program };
             let state = Probe::new(&probed).draw(Family::Random, 3, 0);
@@ -138,10 +138,9 @@ pub fn subjects(folders: &[&str]) -> Vec<Subject> {
                 parameters: signature.parameters.iter().map(parameter).collect(),
                 multipliers: definition.law.has_multipliers(),
                 rows: definition.law.rows() > 0,
-                length: stages.kernel.schedule.statements.len(),
             }
         };
-        compiled.functions.iter().zip(definitions).map(subject).collect::<Vec<Subject>>()
+        compiled.functions.iter().zip(&definitions).map(subject).collect::<Vec<Subject>>()
     });
     subjects.into_iter().flatten().collect()
 }
@@ -228,7 +227,7 @@ pub fn rows(subjects: &[Subject], each: bool) -> Vec<Row<'_>> {
     placed.collect()
 }
 
-/// Tries rows, and says what went wrong.
+/// Tries rows, prints what goes wrong, and returns which rows these are.
 pub fn failures(rows: Vec<Row<'_>>, base: &str) -> Vec<String> {
     let clang = Command::new("clang").arg("--version").output().is_ok_and(|output| output.status.success());
     if !clang {
@@ -238,7 +237,10 @@ pub fn failures(rows: Vec<Row<'_>>, base: &str) -> Vec<String> {
     let found = parallel(rows, |(index, row): (usize, Row)| {
         let folder = folder(base, &format!("sweep_{index}"));
         match row.fails(&folder, clang) {
-            Err(text) => Some(format!("{}\n{text}", row.title)),
+            Err(text) => {
+                eprintln!("{}\n{text}\n", row.title);
+                Some(row.title)
+            }
             Ok(()) => {
                 // What is right is no loss; some rows are large.
                 let _ = std::fs::remove_dir_all(&folder);

@@ -3,13 +3,12 @@
 
 use forcec_tests::sweep::{failures, rows, subjects};
 
-/// Kernels have no more statements than this.
-const SHORT: usize = 100;
+/// Graphs have no more nodes than this.
+const SMALL: usize = 40;
 
 #[test]
 fn options_go_together() {
-    let mut subjects = subjects(&["../constraints", "unseen", "cases"]);
-    subjects.retain(|subject| subject.length <= SHORT);
+    let subjects = subjects(&["../constraints", "unseen", "cases"], &|_, nodes| nodes <= SMALL);
     let rows = rows(&subjects, false);
     let count = rows.len();
     let failures = failures(rows, env!("CARGO_TARGET_TMPDIR"));
