@@ -1,6 +1,8 @@
 //! The front end on texts.
 
 mod any_text;
+mod bounds;
+mod hostile;
 mod meaning;
 mod messages;
 mod values;
