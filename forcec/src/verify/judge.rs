@@ -3,7 +3,7 @@
 //! In: a kernel as it is printed in one precision, and states with what the mathematics gives there. Out: how its errors compare
 //! with those of the source evaluated as written, in the same precision, at the same inputs ([`super::written`]). The rule,
 //! for every block of a result, the rows of one body by the columns of one body: the largest error of the kernel is at most
-//! [`FACTOR`] times the largest error of the text, and [`UNITS`] units in the last place of the largest entry; and an entry
+//! [`FACTOR`] times the largest error of the text, and [`UNITS`] units in the last place of the largest entry of the result; an entry
 //! that is finite in the text is finite in the kernel. At a single state the roundings of the text may cancel by luck: where
 //! the rule seems broken, the error of the text is the largest at the state and at a few states beside it.
 
@@ -22,7 +22,7 @@ use std::ops::Range;
 
 /// What the error of the text is multiplied by.
 pub(crate) const FACTOR: f64 = 4.0;
-/// Units in the last place of the largest entry of a block that are allowed besides.
+/// Units in the last place of the largest entry of a result that are allowed besides.
 const UNITS: f64 = 8.0;
 
 /// States beside one at which the text is evaluated too, where the state alone says that the kernel is worse.
@@ -119,12 +119,12 @@ impl<'a> Judge<'a> {
             let kernel = &kernel[start..start + array.entries.len()];
             start += array.entries.len();
             let (Some(exact), Some(written)) = (&truth.results[index], &text[index]) else { continue };
+            let sizes = exact.iter().map(|x| x.to_f64().abs()).filter(|x| *x > truth.noise);
+            let allowed = UNITS * self.unit(sizes.fold(0.0, f64::max)) + truth.noise;
             let (rows, columns) = self.blocks(array);
             for (rows, columns) in rows.iter().flat_map(|rows| columns.iter().map(move |c| (rows, c))) {
                 let places = rows.clone().flat_map(|r| columns.clone().map(move |c| r * array.columns + c));
                 let places: Vec<usize> = places.collect();
-                let largest = places.iter().map(|k| exact[*k].to_f64().abs()).filter(|x| *x > truth.noise);
-                let allowed = UNITS * self.unit(largest.fold(0.0, f64::max)) + truth.noise;
                 let lost =
                     places.iter().copied().find(|k| written[*k].is_finite() && !kernel[*k].is_finite());
                 let lost = lost.filter(|_| !truth.edges);
