@@ -160,6 +160,40 @@ pub enum Domain {
     Unit,
 }
 
+/// A range that is stated of every entry of a field of a body.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct FieldDomain {
+    /// Index of the body.
+    pub body: u16,
+    /// The field.
+    pub role: Role,
+    /// The smallest value.
+    pub low: f64,
+    /// The largest value.
+    pub high: f64,
+}
+
+/// Where a function's own numbers are. It changes nothing in a kernel: states to check it at are drawn there.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Scale {
+    /// The length that bodies are apart by, where it is stated or the domains of parameters tell; of order one else.
+    pub length: Option<f64>,
+    /// The powers of a length that the parameters are, as far as sums and comparisons tell; 0 for the others.
+    pub powers: Vec<f64>,
+    /// Further lengths that domains and numbers of the text name.
+    pub named: Vec<f64>,
+    /// Ranges of fields.
+    pub fields: Vec<FieldDomain>,
+}
+
+impl Scale {
+    /// The range that is stated of a field.
+    pub fn field(&self, body: usize, role: Role) -> Option<(f64, f64)> {
+        let field = self.fields.iter().find(|field| (usize::from(field.body), field.role) == (body, role));
+        field.map(|field| (field.low, field.high))
+    }
+}
+
 /// One body argument.
 #[derive(Clone, Debug)]
 pub struct Body {
@@ -199,6 +233,8 @@ pub struct Signature {
     pub pieces: Vec<Piece>,
     /// Whether the parameters are what the kernel is prepared with: values computed from those of the source.
     pub prepared: bool,
+    /// Where states are drawn.
+    pub scale: Scale,
 }
 
 /// One real entry of an argument: an argument, a field of it, and a flat offset in memory order.

@@ -25,6 +25,9 @@ pub struct Definition {
     pub extremes: Vec<(Exact, Span)>,
     /// Where its value or a derivative may not exist; none in a graph that simplifies nothing.
     pub singular: Vec<Singular>,
+    /// The nodes at which the function branches, choices and `abs`, `min`, `max`, `signum`, and where they stand, in the
+    /// order of nodes.
+    pub branches: Vec<(usize, Span)>,
 }
 
 /// A place of the source where a value, or its derivative, may not exist.

@@ -95,11 +95,9 @@ impl Node {
     /// The nodes this one reads, in order.
     pub fn operands(&self) -> SmallVec<[Id; 4]> {
         match self {
-            Node::Constant(_)
-            | Node::Input(_)
-            | Node::Difference(..)
-            | Node::Offset(..)
-            | Node::Known(_) => smallvec![],
+            Node::Constant(_) | Node::Input(_) | Node::Difference(..) | Node::Offset(..) | Node::Known(_) => {
+                smallvec![]
+            }
             Node::Sum(_, terms) => terms.iter().map(|(_, id)| *id).collect(),
             Node::Product(factors) => factors.iter().map(|(id, _)| *id).collect(),
             Node::Multiple(_, x) | Node::Held(x) | Node::Recip(x) | Node::Not(x) => smallvec![*x],

@@ -23,12 +23,28 @@ pub enum Family {
     Far,
     /// Stiffness 1e8 to 1e10 and damping 1e4 to 1e6; without them some real parameters 1e2 to 1e8 times as large.
     Stiff,
+    /// Three points and more: slivers and needles of aspect 1e2 to 1e4, and two of the points almost coincident.
+    Degenerate,
+    /// Bodies apart by the lengths that the text names.
+    Named,
+    /// Beside the edges of branches, on either side, and beside zeros of norms and of sums with a number; 1e-3 to 1e-12 of the
+    /// scale away. Drawn by itself it is random: a search finds the edges.
+    Edges,
 }
 
 impl Family {
     /// Every family, in the order of reports.
-    pub const ALL: [Family; 6] =
-        [Family::Random, Family::Rest, Family::Identity, Family::NearSingular, Family::Far, Family::Stiff];
+    pub const ALL: [Family; 9] = [
+        Family::Random,
+        Family::Rest,
+        Family::Identity,
+        Family::NearSingular,
+        Family::Far,
+        Family::Stiff,
+        Family::Degenerate,
+        Family::Named,
+        Family::Edges,
+    ];
 
     /// What a report calls it.
     pub fn name(self) -> &'static str {
@@ -39,6 +55,27 @@ impl Family {
             Family::NearSingular => "near-singular",
             Family::Far => "far",
             Family::Stiff => "stiff",
+            Family::Degenerate => "degenerate",
+            Family::Named => "named lengths",
+            Family::Edges => "edges",
+        }
+    }
+
+    /// Whether functions of this signature have such states: no sliver is made of two points, no scale of no number.
+    pub(crate) fn applies(self, places: &Places) -> bool {
+        let signature = &places.signature;
+        match self {
+            Family::Degenerate => signature.bodies.len() >= 3,
+            Family::Named => !signature.scale.named.is_empty(),
+            _ => true,
+        }
+    }
+
+    /// How many of them there are where others have so many.
+    pub(crate) fn states(self, states: usize) -> usize {
+        match self {
+            Family::Degenerate | Family::Named => states.div_ceil(2),
+            _ => states,
         }
     }
 
@@ -163,7 +200,12 @@ pub(crate) struct State {
 
 /// Draws a state. `gains` says that the last two parameters are the stiffness and damping of a constraint.
 pub(crate) fn draw(places: &Places, gains: bool, family: Family, index: usize, random: &mut Random) -> State {
-    let mut state = State { values: vec![0.0; places.length], scale: 1.0 };
+    let named = &places.signature.scale.named;
+    let length = match family {
+        Family::Named if !named.is_empty() => named[index % named.len()],
+        _ => places.signature.scale.length.unwrap_or(1.0),
+    };
+    let mut state = State { values: vec![0.0; places.length], scale: length };
     bodies(places, &mut state.values, random);
     let parameters = places.signature.parameters.len();
     for (p, parameter) in places.signature.parameters.iter().enumerate() {
@@ -182,6 +224,12 @@ pub(crate) fn draw(places: &Places, gains: bool, family: Family, index: usize, r
             continue;
         }
         fill(&parameter.ty, parameter.domain, values, random);
+        if parameter.domain == Domain::Any
+            && let Some(power) = places.signature.scale.powers.get(p).filter(|power| **power != 0.0)
+        {
+            let factor = power_of(length, *power);
+            values.iter_mut().for_each(|x| *x *= factor);
+        }
         let free = parameter.ty == ParameterType::Real && parameter.domain == Domain::Any;
         if free && family == Family::Stiff && !gains && random.chance(2) {
             values[0] *= random.decades(2, 8);
@@ -194,8 +242,15 @@ pub(crate) fn draw(places: &Places, gains: bool, family: Family, index: usize, r
             *x = if extra.name == "step" { random.decades(-4, 0) } else { random.uniform(-2.0, 2.0) };
         }
     }
+    if length != 1.0 {
+        each(places, &mut state.values, &[Role::Position, Role::Velocity], |_, x| {
+            x.iter_mut().for_each(|x| *x *= length);
+        });
+    }
+    stated(places, &mut state.values, random);
     match family {
-        Family::Random | Family::Stiff => {}
+        Family::Random | Family::Stiff | Family::Named | Family::Edges => {}
+        Family::Degenerate => degenerate(places, &mut state, index, random),
         Family::Rest => {
             each(places, &mut state.values, &[Role::Velocity, Role::AngularVelocity], |_, v| v.fill(0.0))
         }
@@ -203,7 +258,7 @@ pub(crate) fn draw(places: &Places, gains: bool, family: Family, index: usize, r
             q.copy_from_slice(&[0.0, 0.0, 0.0, 1.0]);
         }),
         Family::Far => {
-            let distance = random.decades(4, 6);
+            let distance = random.decades(4, 6) * length;
             let offset: Vec<f64> = random.unit(3).iter().map(|x| x * distance).collect();
             each(places, &mut state.values, &[Role::Position], |_, x| {
                 x.iter_mut().zip(&offset).for_each(|(x, o)| *x += o);
@@ -211,11 +266,13 @@ pub(crate) fn draw(places: &Places, gains: bool, family: Family, index: usize, r
         }
         Family::NearSingular => {
             state.scale = random.decades(-8, -2);
+            let near = state.scale;
             match index % 3 {
                 0 => coincide(places, &mut state, random),
                 1 => align(places, &mut state, random, false),
                 _ => align(places, &mut state, random, true),
             }
+            state.scale = near * length;
         }
     }
     known(places, &mut state.values);
@@ -247,6 +304,86 @@ fn bodies(places: &Places, values: &mut [f64], random: &mut Random) {
         Role::AngularVelocity => field.fill_with(|| random.uniform(-3.0, 3.0)),
         _ => field.fill_with(|| random.uniform(-2.0, 2.0)),
     });
+}
+
+/// lengthᵖᵒʷᵉʳ, of whole and half powers without a library function, so the same on every machine.
+fn power_of(length: f64, power: f64) -> f64 {
+    let halves = (2.0 * power).round();
+    let root = length.sqrt();
+    let product = (0..halves.abs().min(64.0) as u32).fold(1.0, |product, _| product * root);
+    if halves < 0.0 { 1.0 / product } else { product }
+}
+
+/// Draws the fields whose range is stated.
+fn stated(places: &Places, values: &mut [f64], random: &mut Random) {
+    for field in &places.signature.scale.fields {
+        if let Some(at) = places.field(usize::from(field.body), field.role) {
+            values[at..at + 3].fill_with(|| random.uniform(field.low, field.high));
+        }
+    }
+}
+
+/// Brings values that were moved back to where they may be: quaternions and unit vectors to length one, ranges to their
+/// ends, what is known to what it is.
+pub(crate) fn project(places: &Places, values: &mut [f64]) {
+    each(places, values, &[Role::Orientation], |_, q| {
+        let unit = unit_quaternion(q);
+        q.copy_from_slice(&unit);
+    });
+    for field in &places.signature.scale.fields {
+        if let Some(at) = places.field(usize::from(field.body), field.role) {
+            values[at..at + 3].iter_mut().for_each(|x| *x = x.clamp(field.low, field.high));
+        }
+    }
+    for (p, parameter) in places.signature.parameters.iter().enumerate() {
+        let at = places.parameter(p);
+        let values = &mut values[at..at + parameter.ty.length() as usize];
+        match (parameter.ty.innermost(), parameter.domain) {
+            (ParameterType::Quaternion, _) => values.chunks_mut(4).for_each(|q| {
+                let unit = unit_quaternion(q);
+                q.copy_from_slice(&unit);
+            }),
+            (_, Domain::Range(low, high)) => values.iter_mut().for_each(|x| *x = x.clamp(low, high)),
+            (ParameterType::Vector(n), Domain::Unit) => values.chunks_mut(*n as usize).for_each(|v| {
+                let unit = normalized(v);
+                v.copy_from_slice(&unit);
+            }),
+            _ => {}
+        }
+    }
+    known(places, values);
+}
+
+/// Bodies of three points and more, flattened to a sliver or to a needle, or with two of the points almost coincident.
+fn degenerate(places: &Places, state: &mut State, index: usize, random: &mut Random) {
+    let starts: Vec<usize> =
+        (0..places.signature.bodies.len()).filter_map(|body| places.field(body, Role::Position)).collect();
+    let (Some(&first), Some(&second)) =
+        (starts.get(index % starts.len().max(1)), starts.get((index + 1) % starts.len().max(1)))
+    else {
+        return;
+    };
+    let aspect = 1.0 / random.decades(2, 4);
+    let centre = [0, 1, 2].map(|k| state.values[first + k]);
+    let axis = random.unit(3);
+    if index % 3 == 2 {
+        let way = random.unit(3);
+        for k in 0..3 {
+            state.values[second + k] = centre[k] + aspect * state.scale * way[k];
+        }
+    } else {
+        // What lies along the axis shrinks, or all but that.
+        for at in starts {
+            let apart = [0, 1, 2].map(|k| state.values[at + k] - centre[k]);
+            let along: f64 = apart.iter().zip(&axis).map(|(x, a)| x * a).sum();
+            for k in 0..3 {
+                let (flat, across) = (along * axis[k], apart[k] - along * axis[k]);
+                let kept = if index % 3 == 0 { aspect * flat + across } else { flat + aspect * across };
+                state.values[at + k] = centre[k] + kept;
+            }
+        }
+    }
+    state.scale *= aspect;
 }
 
 /// Changes every field of a role, body by body.
@@ -301,7 +438,8 @@ fn fill(ty: &ParameterType, domain: Domain, values: &mut [f64], random: &mut Ran
 
 /// Positions, and vectors without a stated domain, shrink about one point.
 fn coincide(places: &Places, state: &mut State, random: &mut Random) {
-    let centre: Vec<f64> = (0..3).map(|_| random.uniform(-2.0, 2.0)).collect();
+    let length = places.signature.scale.length.unwrap_or(1.0);
+    let centre: Vec<f64> = (0..3).map(|_| length * random.uniform(-2.0, 2.0)).collect();
     let scale = state.scale;
     each(places, &mut state.values, &[Role::Position], |_, x| {
         x.iter_mut().zip(&centre).for_each(|(x, c)| *x = c + scale * *x);

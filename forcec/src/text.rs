@@ -224,7 +224,9 @@ impl fmt::Display for Program {
                 }
                 scalar::Node::Multiple(c, x) => format!("multiple {c} {x}"),
                 scalar::Node::Held(x) => format!("held {x}"),
-                scalar::Node::Written(operator, x, y) => format!("written {operator:?} {x} {y}").to_lowercase(),
+                scalar::Node::Written(operator, x, y) => {
+                    format!("written {operator:?} {x} {y}").to_lowercase()
+                }
                 scalar::Node::Recip(x) => format!("recip {x}"),
                 scalar::Node::Call(function, arguments) => {
                     let order = function.order().map_or(String::new(), |n| n.to_string());

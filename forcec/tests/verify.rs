@@ -49,6 +49,7 @@ impl Sample {
             law,
             extremes: vec![],
             singular: vec![],
+            branches: vec![],
         }
     }
 

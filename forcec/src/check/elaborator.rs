@@ -68,6 +68,10 @@ pub(crate) struct Elaborator<'a> {
     pub(crate) risks: Vec<Risk>,
     /// Numbers that floats do not hold, where they stand.
     pub(crate) extremes: Vec<(Exact, Span)>,
+    /// The branching nodes, and the innermost expressions that made them.
+    pub(crate) branches: Vec<(usize, Span)>,
+    /// Nodes before this one have been looked at for branches.
+    looked_at: usize,
     pub(crate) purpose: Option<Purpose<'a>>,
     pub(crate) frame: Frame<'a>,
     /// The conditions of the branches that are open, and whether they hold there.
@@ -97,6 +101,8 @@ impl<'a> Elaborator<'a> {
             diagnostics: Vec::new(),
             risks: Vec::new(),
             extremes: Vec::new(),
+            branches: Vec::new(),
+            looked_at: 0,
             purpose: None,
             frame: Frame::new(&NOTHING, 0),
             guards: Vec::new(),
@@ -222,6 +228,12 @@ impl<'a> Elaborator<'a> {
         self.depth += 1;
         let value = self.evaluate(id);
         self.depth -= 1;
+        while self.looked_at < self.graph.len() {
+            if self.graph.node(self.looked_at).branches() {
+                self.branches.push((self.looked_at, span));
+            }
+            self.looked_at += 1;
+        }
         let node = match value {
             Value::Real(x) => x.index(),
             Value::Vector(v) => v.index(),

@@ -6,15 +6,16 @@ use super::program::Program;
 use super::quaternions::Quaternion;
 use super::ranges;
 use super::risks;
+use super::scales;
 use super::types::Type;
 use super::values::Value;
-use crate::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature, Slot};
+use crate::bodies::{Body, BodyKind, Domain, FieldDomain, Parameter, ParameterType, Role, Signature, Slot};
 use crate::definition::{Definition, Generalised, Law, Row};
 use crate::diagnostic::Diagnostic;
 use crate::exact::Exact;
 use crate::specialize::Specialization;
 use crate::suggest;
-use crate::syntax::ast::{DomainClause, ExprId, Function, FunctionKind, StatedDomain};
+use crate::syntax::ast::{DomainClause, ExprId, Function, FunctionKind, Name, StatedDomain};
 use crate::vector::{Comparison, Graph};
 
 /// More arguments than any function has.
@@ -56,6 +57,7 @@ pub(crate) fn define(
         elaborator.out_of_range(function.name.span);
     }
     let steps = elaborator.steps();
+    let branches = std::mem::take(&mut elaborator.branches);
     let failed = !diagnostics.is_empty() || !elaborator.diagnostics.is_empty();
     diagnostics.append(&mut elaborator.diagnostics);
     if failed || !returns || value.is_poison() {
@@ -81,7 +83,9 @@ pub(crate) fn define(
         }
     }
     let (name, docs) = (function.name.text.clone(), function.docs.clone());
-    let definition = Definition { name, docs, span: function.name.span, graph, law, extremes, singular };
+    scales::guess(&mut graph);
+    let span = function.name.span;
+    let definition = Definition { name, docs, span, graph, law, extremes, singular, branches };
     Outcome { definition: Some(definition), diagnostics, steps }
 }
 
@@ -209,9 +213,113 @@ fn signature(
     (diagnostics.len() == before && !poisoned).then_some(signature)
 }
 
+/// Notes what a clause says of a field of a body.
+fn field_domain(
+    e: &mut Elaborator<'_>,
+    function: &Function,
+    clause: &DomainClause,
+    field: &Name,
+    signature: &mut Signature,
+) {
+    let name = clause.name.text.as_str();
+    let Some(body) = signature.bodies.iter().position(|body| body.name == name) else {
+        let known = signature.bodies.iter().map(|body| body.name.as_str());
+        let help = if signature.parameters.iter().any(|parameter| parameter.name == name) {
+            Some(format!("a range holds for every entry of a parameter: write `{name} = …`"))
+        } else {
+            suggest::did_you_mean(name, known)
+        };
+        let label = format!("no body of `{}`", function.name.text);
+        e.error_help(clause.name.span, format!("unknown body `{name}`"), label, help);
+        return;
+    };
+    let fields = signature.bodies[body].kind.row().fields;
+    let Some(found) = fields.iter().find(|own| own.name == field.text && own.role != Role::Orientation)
+    else {
+        let known: Vec<&str> =
+            fields.iter().filter(|own| own.role != Role::Orientation).map(|own| own.name).collect();
+        let (label, help) = match fields.iter().find(|own| own.name == field.text) {
+            Some(_) => ("a quaternion of length one", "leave the clause out".to_owned()),
+            None => ("no field of this body", format!("its fields are `{}`", known.join("`, `"))),
+        };
+        e.error_help(field.span, format!("`{}` has no range", field.text), label, Some(help));
+        return;
+    };
+    let StatedDomain::Range(low, high) = clause.stated else {
+        let help = format!("write `{name}.{} = -1.0..1.0`", field.text);
+        e.error_help(clause.span, "the domain of a field is a range", "this is none", Some(help));
+        return;
+    };
+    if let Some((low, high)) = range(e, function, clause, low, high) {
+        let body = body as u16;
+        signature.scale.fields.push(FieldDomain { body, role: found.role, low, high });
+    }
+}
+
+/// Notes the scale of all bodies.
+fn scale(
+    e: &mut Elaborator<'_>,
+    function: &Function,
+    clause: &DomainClause,
+    length: ExprId,
+    signature: &mut Signature,
+) {
+    if function.arguments.iter().any(|argument| argument.name.text == clause.name.text) {
+        e.error_help(
+            clause.span,
+            "one number is no domain of a parameter",
+            format!(
+                "`{}` is a parameter here, so that this is not the scale of all bodies",
+                clause.name.text
+            ),
+            Some("write a range; for the scale, state `BODY.position = -1.0..1.0` of each body".to_owned()),
+        );
+        return;
+    }
+    let Some(length) = bound(e, function, length, "the scale of the bodies") else { return };
+    if length > 0.0 {
+        signature.scale.length = Some(length);
+    } else {
+        e.error_help(
+            clause.span,
+            "the scale of the bodies is not positive",
+            format!("{length} is no length"),
+            Some("write the length that bodies are apart by, as in `length = 1e-3`".to_owned()),
+        );
+    }
+}
+
+/// The ends of a range, the smaller first.
+fn range(
+    e: &mut Elaborator<'_>,
+    function: &Function,
+    clause: &DomainClause,
+    low: ExprId,
+    high: ExprId,
+) -> Option<(f64, f64)> {
+    const END: &str = "an end of a range";
+    let (low, high) = (bound(e, function, low, END), bound(e, function, high, END));
+    let (low, high) = (low?, high?);
+    if low > high {
+        e.error_help(
+            clause.span,
+            "an empty range",
+            format!("{low} is above {high}"),
+            Some("write the smaller end first".to_owned()),
+        );
+        return None;
+    }
+    Some((low, high))
+}
+
 /// Notes one clause of `#[domain(…)]` in the signature.
 fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, signature: &mut Signature) {
     let name = clause.name.text.as_str();
+    match (clause.stated, &clause.field) {
+        (_, Some(field)) => return field_domain(e, function, clause, field, signature),
+        (StatedDomain::Scale(length), None) => return scale(e, function, clause, length, signature),
+        _ => {}
+    }
     let Some(parameter) = signature.parameters.iter_mut().find(|parameter| parameter.name == name) else {
         // A parameter that something else is wrong with has been complained about.
         if function.arguments.iter().any(|a| a.name.text == name)
@@ -221,7 +329,9 @@ fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, si
         }
         let known = signature.parameters.iter().map(|parameter| parameter.name.as_str());
         let help = if signature.bodies.iter().any(|body| body.name == name) {
-            Some("a domain is stated of parameters; bodies may be anywhere".to_owned())
+            Some(format!("state the range of a field, as in `{name}.position = -1.0..1.0`"))
+        } else if name == "length" {
+            Some("the scale of all bodies is one number, as in `length = 1e-3`".to_owned())
         } else {
             suggest::did_you_mean(name, known)
         };
@@ -243,15 +353,8 @@ fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, si
             }
         }
         StatedDomain::Range(low, high) => {
-            let (Some(low), Some(high)) = (bound(e, function, low), bound(e, function, high)) else { return };
-            if low > high {
-                e.error_help(
-                    clause.span,
-                    "an empty range",
-                    format!("{low} is above {high}"),
-                    Some("write the smaller end first".to_owned()),
-                );
-            } else if parameter.ty == ParameterType::Quaternion {
+            let Some((low, high)) = range(e, function, clause, low, high) else { return };
+            if parameter.ty == ParameterType::Quaternion {
                 e.error_help(
                     clause.span,
                     "a quaternion has no range",
@@ -262,6 +365,7 @@ fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, si
                 parameter.domain = Domain::Range(low, high);
             }
         }
+        StatedDomain::Scale(_) => {}
     }
 }
 
@@ -282,17 +386,17 @@ fn outside(clause: &DomainClause, signature: &Signature) -> Option<Diagnostic> {
     Some(warning.help("set another value, or state a wider domain"))
 }
 
-/// The number that one end of a range is.
-fn bound(e: &mut Elaborator<'_>, function: &Function, id: ExprId) -> Option<f64> {
+/// A plain number within a domain.
+fn bound(e: &mut Elaborator<'_>, function: &Function, id: ExprId, what: &str) -> Option<f64> {
     let span = function.expressions[id].span;
     let value = e.expr(id);
-    let value = e.expect(value, &Type::Real, span, "an end of a range is `Real`");
+    let value = e.expect(value, &Type::Real, span, &format!("{what} is `Real`"));
     let Value::Real(real) = value else { return None };
     let range = ranges::analyse(&e.graph).of(real);
     if range.low != range.high || !range.low.is_finite() {
         e.error_help(
             span,
-            "an end of a range is not a plain number",
+            format!("{what} is not a plain number"),
             "its value is not known here",
             Some("write a number, or a multiple of `PI`".to_owned()),
         );

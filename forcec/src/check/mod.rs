@@ -20,6 +20,7 @@ mod ranges;
 mod resolve;
 mod risks;
 mod rows;
+mod scales;
 mod scope;
 mod statements;
 mod types;

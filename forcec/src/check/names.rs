@@ -11,8 +11,8 @@ use crate::diagnostic::Diagnostic;
 use crate::span::Span;
 use crate::suggest;
 use crate::syntax::ast::{
-    Block, Constant, ExprId, ExprKind, Expressions, Function, FunctionKind, Name, Path, Pattern, Statement,
-    TypeKind,
+    Block, Constant, ExprId, ExprKind, Expressions, Function, FunctionKind, Name, Path, Pattern,
+    StatedDomain, Statement, TypeKind,
 };
 use std::collections::BTreeMap;
 
@@ -101,9 +101,13 @@ impl<'a> Walker<'a> {
         self.block(&function.body);
         self.leave(0);
         for clause in &function.domains {
-            if let crate::syntax::ast::StatedDomain::Range(low, high) = clause.stated {
-                self.expr(low);
-                self.expr(high);
+            match clause.stated {
+                StatedDomain::Range(low, high) => {
+                    self.expr(low);
+                    self.expr(high);
+                }
+                StatedDomain::Scale(length) => self.expr(length),
+                StatedDomain::Unit => {}
             }
         }
     }

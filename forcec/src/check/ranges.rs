@@ -147,6 +147,10 @@ fn stated(graph: &Graph, slot: Slot) -> (Interval, bool) {
     let unit = (Interval::new(-1.0, 1.0), true);
     match (graph.signature.role(slot), graph.signature.parameter(slot)) {
         (Some(Role::Orientation), _) => unit,
+        (Some(role), _) => match graph.signature.scale.field(slot.argument as usize, role) {
+            Some((low, high)) => (Interval::new(low, high), false),
+            None => (Interval::ALL, false),
+        },
         (_, Some(parameter)) => match parameter.domain {
             Domain::Range(low, high) => (Interval::new(low, high), false),
             Domain::Unit => unit,

@@ -23,6 +23,9 @@ pub(super) struct Check {
     /// Print bounds of the rounding errors of each result beside the errors, in both precisions
     #[arg(long)]
     rounding: bool,
+    /// Pass although an arm of a branch was active at no state
+    #[arg(long)]
+    allow_uncovered: bool,
 }
 
 impl Check {
@@ -35,11 +38,14 @@ impl Check {
             None => (self.input.compile()?, Request::default()),
         };
         let precisions = scene.with(&self.printed.0).precisions_or_double();
-        let functions: Vec<_> = units.iter().flat_map(|unit| &unit.compiled.functions).collect();
+        let compiled = units.iter().map(|unit| &unit.compiled);
+        let functions: Vec<_> = compiled
+            .flat_map(|file| file.functions.iter().map(move |function| (function, &file.source)))
+            .collect();
         let reports: Vec<Report> = in_parallel(
             &functions,
-            |function| &function.kernel.name,
-            |function| {
+            |(function, _)| &function.kernel.name,
+            |&(function, source)| {
                 let subject = Subject { source: &function.source, program: &function.program };
                 let options = CheckOptions::default();
                 let whole = function.outputs() == Part::DEFAULT;
@@ -56,20 +62,29 @@ impl Check {
                 });
                 let mut report = check(&subject, &printed.collect::<Vec<Printed>>(), &options);
                 report.kernel.clone_from(&function.kernel.name);
+                for branch in &mut report.branches {
+                    let line = branch.span.map(|span| source.line_column(span.start).0);
+                    branch.place = line.map(|line| format!("{}:{line}", source.name));
+                }
                 let misplaced = misplaced(function, &subject);
                 report.passed &= misplaced.is_none();
                 report.problems.extend(misplaced);
                 report
             },
         );
-        let kernels: Vec<&Kernel> = functions.iter().map(|function| &function.kernel).collect();
+        let kernels: Vec<&Kernel> = functions.iter().map(|(function, _)| &function.kernel).collect();
         print(&match (self.json, self.rounding) {
             (true, false) => verify::json(&reports),
             (true, true) => with_rounding(&verify::json(&reports), &kernels),
             (false, false) => verify::table(&reports),
             (false, true) => format!("{}\n{}", verify::table(&reports), rounding::table(&kernels)),
         })?;
-        if reports.iter().all(|report| report.passed) { Ok(()) } else { Err(Failure::Check) }
+        let covers = |report: &Report| self.allow_uncovered || report.covers_branches();
+        if reports.iter().all(|report| report.passed && covers(report)) {
+            Ok(())
+        } else {
+            Err(Failure::Check)
+        }
     }
 }
 

@@ -116,7 +116,8 @@ impl Writer<'_> {
 
     /// Σ coefficient · term, from the left; what is subtracted is subtracted.
     fn sum(&mut self, constant: &Exact, terms: &[(Exact, Id)]) -> Id {
-        let mut sum = (!constant.is_zero() || terms.is_empty()).then(|| self.graph.constant(constant.clone()));
+        let mut sum =
+            (!constant.is_zero() || terms.is_empty()).then(|| self.graph.constant(constant.clone()));
         for (c, x) in terms {
             let size = self.times(&c.abs(), *x);
             sum = Some(match (sum, c.is_negative()) {
@@ -162,9 +163,9 @@ impl Writer<'_> {
 
     fn value(&mut self, node: &Node) -> Value {
         match node {
-            Node::Triple(slot) => Value::Vector(
-                [0, 1, 2].map(|k| self.input(Slot { offset: slot.offset + k, ..*slot })),
-            ),
+            Node::Triple(slot) => {
+                Value::Vector([0, 1, 2].map(|k| self.input(Slot { offset: slot.offset + k, ..*slot })))
+            }
             Node::VectorSum(terms) => Value::Vector([0, 1, 2].map(|k| {
                 let terms: Vec<(Exact, Id)> =
                     terms.iter().map(|(c, v)| (c.clone(), self.vector(*v)[k])).collect();
@@ -177,8 +178,8 @@ impl Writer<'_> {
             Node::Cross(u, v) => Value::Vector(self.cross(self.vector(*u), self.vector(*v))),
             // ((2 u×v) w + u×(2 u×v)) + v
             Node::Rotate(quaternion, inverse, v) => {
-                let [x, y, z, w] = [0, 1, 2, 3]
-                    .map(|k| self.input(Slot { offset: quaternion.offset + k, ..*quaternion }));
+                let [x, y, z, w] =
+                    [0, 1, 2, 3].map(|k| self.input(Slot { offset: quaternion.offset + k, ..*quaternion }));
                 let u = if *inverse { [x, y, z].map(|entry| self.graph.neg(entry)) } else { [x, y, z] };
                 let v = self.vector(*v);
                 let two = self.graph.constant(Exact::from(2));
@@ -206,8 +207,7 @@ impl Writer<'_> {
             Node::Constant(value) => self.graph.constant(value.clone()),
             Node::Entry(slot) => self.input(*slot),
             Node::Sum(constant, terms) => {
-                let terms: Vec<(Exact, Id)> =
-                    terms.iter().map(|(c, x)| (c.clone(), self.real(*x))).collect();
+                let terms: Vec<(Exact, Id)> = terms.iter().map(|(c, x)| (c.clone(), self.real(*x))).collect();
                 self.sum(constant, &terms)
             }
             Node::Product(factors) => {

@@ -136,8 +136,10 @@ pub struct Argument {
 /// One clause of `#[domain(…)]`.
 #[derive(Clone, Debug)]
 pub struct DomainClause {
-    /// The parameter.
+    /// The parameter, the body, or `length`.
     pub name: Name,
+    /// The field of the body.
+    pub field: Option<Name>,
     /// What is stated.
     pub stated: StatedDomain,
     /// Where the statement stands.
@@ -151,6 +153,8 @@ pub enum StatedDomain {
     Range(ExprId, ExprId),
     /// `unit`
     Unit,
+    /// One number: the scale of all bodies.
+    Scale(ExprId),
 }
 
 /// A constant.

@@ -11,6 +11,9 @@ use syn::{Attribute, Meta, Token};
 /// The attributes that are ours.
 const OURS: [&str; 4] = ["constraint", "energy", "force", "domain"];
 
+/// The name of the scale of all bodies in `#[domain(…)]`.
+const LENGTH: &str = "length";
+
 /// Attributes of rustc and its tools that change nothing here.
 const PASSED_OVER: [&str; 15] = [
     "allow",
@@ -43,17 +46,20 @@ pub(super) struct Stated {
     pub(super) forces: bool,
 }
 
-/// `name = value` within `#[domain(…)]`.
+/// `name = value` or `body.field = value` within `#[domain(…)]`.
 struct Clause {
     name: syn::Ident,
+    field: Option<syn::Ident>,
     value: syn::Expr,
 }
 
 impl Parse for Clause {
     fn parse(input: ParseStream<'_>) -> syn::Result<Clause> {
         let name = input.parse()?;
+        let point: Option<Token![.]> = input.parse()?;
+        let field = if point.is_some() { Some(input.parse()?) } else { None };
         input.parse::<Token![=]>()?;
-        Ok(Clause { name, value: input.parse()? })
+        Ok(Clause { name, field, value: input.parse()? })
     }
 }
 
@@ -138,6 +144,7 @@ impl Reader<'_> {
         };
         for clause in &clauses {
             let name = self.name(&clause.name);
+            let field = clause.field.as_ref().map(|field| self.name(field));
             let (stated_domain, end) = match &clause.value {
                 syn::Expr::Path(path) if path.path.is_ident("unit") => {
                     (StatedDomain::Unit, self.path(&path.path).span)
@@ -158,6 +165,10 @@ impl Reader<'_> {
                     let (start, end) = (self.expr(start), self.expr(end));
                     (StatedDomain::Range(start, end), self.expressions[end].span)
                 }
+                other if name.text == LENGTH && field.is_none() => {
+                    let value = self.expr(other);
+                    (StatedDomain::Scale(value), self.expressions[value].span)
+                }
                 other => {
                     let value = self.expr(other);
                     let at = self.expressions[value].span;
@@ -165,16 +176,20 @@ impl Reader<'_> {
                     continue;
                 }
             };
-            if stated.domains.iter().any(|domain| domain.name.text == name.text) {
+            let text = |field: &Option<ast::Name>| field.as_ref().map(|field| field.text.clone());
+            let twice =
+                |domain: &DomainClause| domain.name.text == name.text && text(&domain.field) == text(&field);
+            if stated.domains.iter().any(twice) {
+                let field = text(&field).map_or_else(String::new, |field| format!(".{field}"));
                 self.error(
                     name.span,
-                    format!("the domain of `{}` is stated twice", name.text),
+                    format!("the domain of `{}{field}` is stated twice", name.text),
                     "the second time",
                 );
                 continue;
             }
             let span = name.span.to(end);
-            stated.domains.push(DomainClause { name, stated: stated_domain, span });
+            stated.domains.push(DomainClause { name, field, stated: stated_domain, span });
         }
     }
 }

@@ -46,9 +46,11 @@ impl fmt::Display for Function {
         }
         writeln!(f, "  returns {}", printer.ty(&self.output))?;
         for clause in &self.domains {
-            writeln!(f, "  domain {}", clause.name.text)?;
+            let field = clause.field.as_ref().map_or_else(String::new, |field| format!(".{}", field.text));
+            writeln!(f, "  domain {}{field}", clause.name.text)?;
             match clause.stated {
                 StatedDomain::Unit => writeln!(f, "    unit")?,
+                StatedDomain::Scale(length) => printer.tree(f, "  ", length)?,
                 StatedDomain::Range(low, high) => {
                     printer.tree(f, "  ", low)?;
                     printer.tree(f, "  ", high)?;

@@ -136,6 +136,18 @@ pub enum Node {
 }
 
 impl Node {
+    /// Whether the value is one of two branches, each with a derivative of its own.
+    pub fn branches(&self) -> bool {
+        use Function::{Abs, Max, Min, Signum};
+        matches!(self, Node::Select(..) | Node::VectorSelect(..) | Node::Call(Abs | Signum | Min | Max, _))
+    }
+
+    /// Whether it is a real or a vector, and no truth.
+    pub fn is_value(&self) -> bool {
+        use Node::{And, Compare, Known, Not, Or};
+        !matches!(self, Known(_) | Compare(..) | And(..) | Or(..) | Not(_))
+    }
+
     /// The nodes this one reads, truths included, as positions in the arena.
     pub fn operands(&self) -> SmallVec<[u32; 4]> {
         match self {

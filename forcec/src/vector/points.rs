@@ -41,11 +41,7 @@ impl Graph {
     }
 
     /// Points with numbers added as points and numbers, where the sum has another point to subtract first.
-    pub(super) fn open_offsets(
-        &self,
-        terms: Vec<(Exact, Real)>,
-        constant: &mut Exact,
-    ) -> Vec<(Exact, Real)> {
+    pub(super) fn open_offsets(&self, terms: Vec<(Exact, Real)>, constant: &mut Exact) -> Vec<(Exact, Real)> {
         let meets = |(c, x): &(Exact, Real)| {
             let Some((axis, slot)) = self.entry_of_point(*x) else { return false };
             terms.iter().any(|(d, y)| {

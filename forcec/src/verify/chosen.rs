@@ -6,11 +6,13 @@
 use super::judge::{Judge, Known, Printed};
 use super::oracle::Oracle;
 use super::report::{Comparison, Coverage, Differences, Report, TextComparison};
+use super::search::{Decider, Search};
 use super::tape::Tape;
-use super::{CheckOptions, Here, Subject, input_errors};
+use super::{CheckOptions, FOUND_STATES, Here, Subject, input_errors};
 use crate::places::Places;
 use crate::scalar::Id;
 use crate::states::{Family, Random, State, draw, seed};
+use std::collections::BTreeMap;
 
 /// Checks every result that the program computes, and the kernel as it is printed in each of these precisions.
 pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptions) -> Report {
@@ -23,20 +25,32 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
         program.arrays.iter().map(|array| Comparison::new(array.part)).collect();
     let mut judges: Vec<Judge> =
         printed.iter().map(|printed| Judge::new(subject, &places, printed)).collect();
-    let known = |state: &State| {
+    let reached = |state: &State| {
         let point = oracle.unit_point(state).ok()?;
         let results = program.arrays.iter().map(|array| point.part(array.part).ok().map(Some));
-        Some(Known { results: results.collect::<Option<_>>()?, noise: point.noise, edges: point.has_edges() })
+        let (noise, edges) = (point.noise, point.has_edges());
+        Some((Known { results: results.collect::<Option<_>>()?, noise, edges }, point.branches()))
     };
+    let known = |state: &State| reached(state).map(|(known, _)| known);
     let mut coverage = Vec::new();
-    for family in Family::ALL {
+    let mut search = Search::new(subject.source, &places, oracle.is_constraint(), options.seed);
+    let mut active: BTreeMap<(Decider, bool), usize> = BTreeMap::new();
+    for family in Family::ALL.into_iter().filter(|family| family.applies(&places)) {
         let mut states = Coverage { family, checked: 0, singular: 0, active: 0, unresolved: 0 };
+        let wanted = family.states(options.states);
+        let mut found: Option<std::vec::IntoIter<State>> =
+            (family == Family::Edges).then(|| missed(&mut search, &active, options).into_iter());
         let mut number = 0;
-        while states.checked < options.states && states.checked + states.singular < 10 * options.states {
+        loop {
             number += 1;
             let mut random = Random::new(seed(options.seed, family, number));
-            let state = draw(&places, oracle.is_constraint(), family, states.checked, &mut random);
-            let Some(truth) = known(&state) else {
+            let state = match &mut found {
+                Some(found) => found.next(),
+                None if states.checked == wanted || states.checked + states.singular >= 10 * wanted => None,
+                None => Some(draw(&places, oracle.is_constraint(), family, states.checked, &mut random)),
+            };
+            let Some(state) = state else { break };
+            let Some((truth, arms)) = reached(&state) else {
                 states.singular += 1;
                 continue;
             };
@@ -48,6 +62,9 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
                 }
             }
             states.checked += 1;
+            for arm in arms {
+                *active.entry(arm).or_default() += 1;
+            }
             let computed = tape.bounds(&state.values, &input_errors(&places, &state.values));
             let mut computed = computed.as_slice();
             let here = Here { places: &places, family, state: &state };
@@ -69,7 +86,9 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
                 }
             }
         }
-        coverage.push(states);
+        if family != Family::Edges || states.checked + states.singular > 0 {
+            coverage.push(states);
+        }
     }
     let mut problems = Vec::new();
     if !coverage.iter().any(Coverage::is_covered) {
@@ -83,6 +102,7 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
         kernel: subject.source.name.clone(),
         seed: options.seed,
         coverage,
+        branches: search.branches(subject.source, &active),
         comparisons,
         differences: Differences::default(),
         text,
@@ -90,4 +110,22 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
         problems,
         passed,
     }
+}
+
+/// States on the arms that drawn states missed, and beside edges.
+fn missed(
+    search: &mut Search,
+    active: &BTreeMap<(Decider, bool), usize>,
+    options: &CheckOptions,
+) -> Vec<State> {
+    let mut random = Random::new(seed(options.seed, Family::Edges, 0));
+    let deciders = search.deciders();
+    let arms = deciders.iter().flat_map(|decider| [(*decider, true), (*decider, false)]);
+    let missed: Vec<(Decider, bool)> = arms.filter(|arm| !active.contains_key(arm)).collect();
+    let mut states = Vec::new();
+    for (decider, side) in missed {
+        states.extend(search.find(decider, side, FOUND_STATES, &mut random));
+    }
+    states.extend(search.edges(&deciders, options.states));
+    states
 }

@@ -1,7 +1,7 @@
 //! Whether a kernel equals the mathematics of its source.
 //!
 //! In: a force function as it was written, and the scalar program made of it. Out: a [`Report`], the same for the same
-//! seed on every machine. At every state of six families the program's outputs are compared with the exact oracle
+//! seed on every machine. At every state of nine families the program's outputs are compared with the exact oracle
 //! (differences of the source in 320 bits), with central differences in doubles that know their noise, and with
 //! the invariants that the function has. The tolerance is a running error bound on the program's operations, so
 //! that rounding never fails a check and a wrong sign never hides behind a guess.
@@ -17,6 +17,7 @@ mod oracle;
 pub mod probe;
 pub(crate) mod render;
 mod report;
+mod search;
 pub(crate) mod source;
 pub(crate) mod tape;
 mod written;
@@ -28,7 +29,8 @@ pub use judge::Printed;
 pub use mutate::{Mutation, apply, mutate, mutations};
 pub use render::{json, table};
 pub use report::{
-    Broken, Comparison, Coverage, Differences, Entry, Invariant, Report, TextComparison, TextEntry, Verdict,
+    Branch, Broken, Comparison, Coverage, Differences, Entry, Invariant, Report, TextComparison, TextEntry,
+    Verdict,
 };
 
 use crate::bodies::{ParameterType, Role};
@@ -43,6 +45,8 @@ use invariants::{Invariants, Seen};
 use judge::{Judge, Known};
 use oracle::{Columns, Oracle, Point, Singular};
 use report::ratio;
+use search::{Decider, Search};
+use std::collections::BTreeMap;
 use tape::{Bounded, Tape};
 
 /// What is checked against what.
@@ -74,6 +78,8 @@ const PASSIVE_DRAWS: usize = 40;
 const FULL_STATES: usize = 2;
 /// What evaluations of the source may cost a kernel, in additions of 320 bits: about a second.
 const BUDGET: u64 = 10_000_000;
+/// States that are tried on an arm that drawn states missed.
+const FOUND_STATES: usize = 4;
 /// States a family at which the turned state is compared.
 const TURNED_STATES: usize = 3;
 /// As many states are checked in all as this many families have.
@@ -106,12 +112,20 @@ pub fn check_printed(subject: &Subject, printed: &[Printed], options: &CheckOpti
         differences: Differences::default(),
         judges: printed.iter().map(|printed| Judge::new(subject, &places, printed)).collect(),
         invariants: Invariants::new(),
+        search: Search::new(subject.source, &places, oracle.is_constraint(), options.seed),
+        active: BTreeMap::new(),
     };
     let mut coverage: Vec<Coverage> = Vec::new();
-    for family in Family::ALL {
+    for family in Family::ALL.into_iter().filter(|family| family.applies(&places)) {
         let mut states = Coverage { family, checked: 0, singular: 0, active: 0, unresolved: 0 };
-        checker.family(&mut states, options.states, 0, options);
-        coverage.push(states);
+        if family == Family::Edges {
+            checker.edges(&mut states, options);
+        } else {
+            checker.family(&mut states, family.states(options.states), 0, options);
+        }
+        if family != Family::Edges || states.checked + states.singular > 0 {
+            coverage.push(states);
+        }
     }
     // What uncovered families leave out, random states make up for.
     let least = LEAST_FAMILIES * options.states;
@@ -135,6 +149,9 @@ struct Checker<'a> {
     differences: Differences,
     judges: Vec<Judge<'a>>,
     invariants: Invariants,
+    search: Search<'a>,
+    /// At how many states each arm of a branch was active.
+    active: BTreeMap<(Decider, bool), usize>,
 }
 
 /// The mathematics of one state.
@@ -185,7 +202,8 @@ pub(crate) fn input_errors(places: &Places, values: &[f64]) -> Vec<f64> {
 }
 
 impl<'a> Checker<'a> {
-    /// Checks states of a family until so many are regular, or nine in ten are singular; draws count from `number`.
+    /// Checks states of a family until so many are regular, or nine in ten are singular; draws count from `number`. Where hardly
+    /// a state is regular, states are moved to where the function has a value.
     fn family(&mut self, coverage: &mut Coverage, states: usize, number: u64, options: &CheckOptions) {
         let family = coverage.family;
         let mut passive = 0;
@@ -193,32 +211,72 @@ impl<'a> Checker<'a> {
         while coverage.checked < states && coverage.checked + coverage.singular < 10 * states {
             number += 1;
             let mut random = Random::new(seed(options.seed, family, number));
-            let index = coverage.checked;
-            let state = draw(self.places, self.oracle.is_constraint(), family, index, &mut random);
-            let full = index < FULL_STATES || self.oracle.cost() * (6 * options.states as u64) <= BUDGET;
-            let Ok(point) = self.oracle.unit_point(&state) else {
-                coverage.singular += 1;
-                continue;
-            };
-            let pushes = point.pushes();
-            if !pushes && index.is_multiple_of(2) && passive < PASSIVE_DRAWS * states {
-                passive += 1;
+            let mut state =
+                draw(self.places, self.oracle.is_constraint(), family, coverage.checked, &mut random);
+            if coverage.singular >= states && 4 * coverage.checked <= coverage.singular {
+                state = self.search.regular(&state, &mut random).unwrap_or(state);
+            }
+            let may_pass = coverage.checked.is_multiple_of(2) && passive < PASSIVE_DRAWS * states;
+            passive += usize::from(!self.one(coverage, &state, may_pass, &mut random, options));
+        }
+    }
+
+    /// Checks one state, or counts it as singular. Nothing of either where no force acts and `may_pass` is: then `false`.
+    fn one(
+        &mut self,
+        coverage: &mut Coverage,
+        state: &State,
+        may_pass: bool,
+        random: &mut Random,
+        options: &CheckOptions,
+    ) -> bool {
+        let (family, index) = (coverage.family, coverage.checked);
+        let full = index < FULL_STATES || self.oracle.cost() * (6 * options.states as u64) <= BUDGET;
+        let Ok(point) = self.oracle.unit_point(state) else {
+            coverage.singular += 1;
+            return true;
+        };
+        let pushes = point.pushes();
+        if !pushes && may_pass {
+            return false;
+        }
+        let Ok(exact) = self.exact(point, full, random) else {
+            coverage.singular += 1;
+            return true;
+        };
+        let run = self.tape.values(&state.values);
+        if exact.point.has_edges() && !run.outputs.iter().all(|x| x.is_finite()) {
+            coverage.singular += 1;
+            return true;
+        }
+        coverage.checked += 1;
+        coverage.active += usize::from(pushes);
+        for arm in exact.point.branches() {
+            *self.active.entry(arm).or_default() += 1;
+        }
+        let resolved = self.state(family, index, state, &exact, random);
+        coverage.unresolved += usize::from(!resolved);
+        self.judge(family, state, &exact);
+        true
+    }
+
+    /// Checks states on the arms that drawn states missed, and beside the edges of every branch and zeros of formulas.
+    fn edges(&mut self, coverage: &mut Coverage, options: &CheckOptions) {
+        let mut random = Random::new(seed(options.seed, Family::Edges, 0));
+        let deciders = self.search.deciders();
+        for arm in deciders.iter().flat_map(|decider| [(*decider, true), (*decider, false)]) {
+            if self.active.contains_key(&arm) {
                 continue;
             }
-            let Ok(exact) = self.exact(point, full, &mut random) else {
-                coverage.singular += 1;
-                continue;
-            };
-            let run = self.tape.values(&state.values);
-            if exact.point.has_edges() && !run.outputs.iter().all(|x| x.is_finite()) {
-                coverage.singular += 1;
-                continue;
+            for state in self.search.find(arm.0, arm.1, FOUND_STATES, &mut random) {
+                self.one(coverage, &state, false, &mut random, options);
+                if self.active.contains_key(&arm) {
+                    break;
+                }
             }
-            coverage.checked += 1;
-            coverage.active += usize::from(pushes);
-            let resolved = self.state(family, index, &state, &exact, &mut random);
-            coverage.unresolved += usize::from(!resolved);
-            self.judge(family, &state, &exact);
+        }
+        for state in self.search.edges(&deciders, options.states) {
+            self.one(coverage, &state, false, &mut random, options);
         }
     }
 
@@ -450,6 +508,7 @@ impl<'a> Checker<'a> {
             kernel: subject.source.name.clone(),
             seed: options.seed,
             coverage,
+            branches: self.search.branches(subject.source, &self.active),
             comparisons: self.comparisons,
             differences: self.differences,
             text,

@@ -8,6 +8,7 @@
 //! depends on the coordinates that moved, serve all of ∂F/∂X.
 
 use super::big::Big;
+use super::search::Decider;
 use super::source::{self, Fields, Source, Values, field_bit};
 use crate::bodies::{Role, Slot};
 use crate::definition::{Definition, Law, Row};
@@ -439,6 +440,31 @@ impl Point<'_, '_> {
     /// Whether some force is not zero.
     pub(crate) fn pushes(&self) -> bool {
         self.force.iter().any(|f| !f.is_zero())
+    }
+
+    /// The branches that the force is made of here, each with its side.
+    pub(crate) fn branches(&self) -> Vec<(Decider, bool)> {
+        let oracle = self.oracle;
+        let pushes = |row: usize| self.activity.get(row).is_none_or(|side| *side == Ordering::Less);
+        let mut branches = Vec::new();
+        if let Statement::Constraint { unilateral: true, .. } = oracle.law {
+            branches.extend((0..self.rows.len()).map(|row| (Decider::Row(row), pushes(row))));
+        }
+        let mut row = 0;
+        let mut roots = Vec::new();
+        for output in &oracle.outputs {
+            let (node, count) = match *output {
+                Output::Real(node) => (node, 1),
+                Output::Vector(node) => (node, 3),
+            };
+            if (row..row + count).any(pushes) {
+                roots.push(node);
+            }
+            row += count;
+        }
+        let nodes = oracle.source.branches(&self.values, roots).into_iter();
+        branches.extend(nodes.map(|(node, side)| (Decider::Node(node), side)));
+        branches
     }
 
     /// Whether some formula has no derivative here but for its arguments staying what they are, as in `max(x, 0).sqrt()`.

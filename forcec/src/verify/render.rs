@@ -67,6 +67,9 @@ pub fn table(reports: &[Report]) -> String {
             );
         }
     }
+    for report in reports {
+        branches(&mut text, report);
+    }
     text
 }
 
@@ -82,6 +85,43 @@ fn shortened(name: &str, most: usize) -> String {
 
 fn width(rows: &[Vec<String>], column: usize) -> usize {
     rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0)
+}
+
+/// A line a kernel that branches: how many states were active on each arm; then a line an arm that was never active. Equal
+/// lines, as unrolled loops make them, are one, which shows the least.
+fn branches(text: &mut String, report: &Report) {
+    let mut lines: Vec<(String, [usize; 2], [&str; 2], usize)> = Vec::new();
+    for branch in &report.branches {
+        let name = branch.name();
+        match lines.iter_mut().find(|(other, ..)| *other == name) {
+            Some((_, states, _, count)) => {
+                *states = [states[0].min(branch.states[0]), states[1].min(branch.states[1])];
+                *count += 1;
+            }
+            None => lines.push((name, branch.states, branch.arms, 1)),
+        }
+    }
+    let lines: Vec<(String, [usize; 2], [&str; 2])> = lines
+        .into_iter()
+        .map(|(name, states, arms, count)| {
+            (if count == 1 { name } else { format!("{name} (×{count})") }, states, arms)
+        })
+        .collect();
+    if lines.is_empty() {
+        return;
+    }
+    let arms =
+        lines.iter().map(|(name, [x, y], [first, second])| format!("{name}: {first} {x}, {second} {y}"));
+    let _ = writeln!(text, "branches of {}: {}", report.kernel, arms.collect::<Vec<_>>().join("; "));
+    for (name, states, arms) in lines {
+        for arm in states.iter().zip(arms).filter(|(states, _)| **states == 0).map(|(_, arm)| arm) {
+            let _ = writeln!(
+                text,
+                "note: {}: `{arm}` of {name} is not covered: no state was active there",
+                report.kernel
+            );
+        }
+    }
 }
 
 /// Rows of cells below each other; those of some columns stand to the left, others to the right.
@@ -324,6 +364,15 @@ fn object(report: &Report) -> String {
             ("covered", c.is_covered().to_string()),
         ])
     });
+    let branches = report.branches.iter().map(|b| {
+        let arm = |k: usize| fields(&[("arm", string(b.arms[k])), ("states", b.states[k].to_string())]);
+        fields(&[
+            ("branch", string(&b.what)),
+            ("place", b.place.as_ref().map_or_else(|| "null".to_owned(), |place| string(place))),
+            ("arms", array([arm(0), arm(1)].into_iter())),
+            ("covered", (!b.is_uncovered()).to_string()),
+        ])
+    });
     let comparisons = report.comparisons.iter().map(|c| {
         let relative =
             c.relative.iter().map(|(f, x)| (f.name(), x.map_or_else(|| "null".to_owned(), number)));
@@ -377,6 +426,7 @@ fn object(report: &Report) -> String {
         ("seed", report.seed.to_string()),
         ("problems", array(report.problems.iter().map(|p| string(p)))),
         ("states", array(coverage)),
+        ("branches", array(branches)),
         ("oracle", array(comparisons)),
         ("differences", differences),
         ("text", array(written)),

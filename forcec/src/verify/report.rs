@@ -3,6 +3,7 @@
 use crate::outputs::Part;
 use crate::places::Inputs;
 use crate::plan::Precision;
+use crate::span::Span;
 use crate::states::Family;
 use std::collections::BTreeMap;
 
@@ -211,6 +212,37 @@ impl TextComparison {
     }
 }
 
+/// A place where a function branches, and at how many of the compared states each of its arms was active: what it computes was
+/// part of the force.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// `if`, `min`, `max`, `abs`, `signum`, or `row 2` of a one-sided constraint.
+    pub what: String,
+    /// Its two arms.
+    pub arms: [&'static str; 2],
+    /// At how many states each arm was active.
+    pub states: [usize; 2],
+    /// Where it is in the source, if that is known.
+    pub span: Option<Span>,
+    /// The same for people: `contact.rs:14`.
+    pub place: Option<String>,
+}
+
+impl Branch {
+    /// Its name with its place.
+    pub fn name(&self) -> String {
+        match &self.place {
+            Some(place) => format!("{} at {place}", self.what),
+            None => self.what.clone(),
+        }
+    }
+
+    /// Whether an arm was active at no state.
+    pub fn is_uncovered(&self) -> bool {
+        self.states.contains(&0)
+    }
+}
+
 /// The states of one family.
 #[derive(Clone, Copy, Debug)]
 pub struct Coverage {
@@ -243,6 +275,8 @@ pub struct Report {
     pub seed: u64,
     /// The states.
     pub coverage: Vec<Coverage>,
+    /// The branches, and how often each arm was active.
+    pub branches: Vec<Branch>,
     /// The exact oracle.
     pub comparisons: Vec<Comparison>,
     /// Differences in doubles.
@@ -261,6 +295,11 @@ impl Report {
     /// The families that are not covered.
     pub fn not_covered(&self) -> Vec<Family> {
         self.coverage.iter().filter(|c| !c.is_covered()).map(|c| c.family).collect()
+    }
+
+    /// Whether every arm of every branch was active at some state.
+    pub fn covers_branches(&self) -> bool {
+        !self.branches.iter().any(Branch::is_uncovered)
     }
 
     /// Number of states compared.

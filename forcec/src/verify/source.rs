@@ -37,7 +37,7 @@ impl<N> Value<N> {
         }
     }
 
-    fn truth(&self) -> bool {
+    pub(crate) fn truth(&self) -> bool {
         match self {
             Value::Truth(truth) => *truth,
             _ => panic!("a truth stands where the graph says so"),
@@ -56,6 +56,8 @@ pub(crate) fn field_bit(layout: &Places, slot: Slot) -> Fields {
 
 struct Step<'g, N> {
     node: &'g Node,
+    /// Where the node stands in the graph.
+    index: usize,
     depends: Fields,
     /// The exact numbers in the node, in order.
     numbers: Vec<N>,
@@ -144,7 +146,7 @@ impl<'g, N: Number> Source<'g, N> {
                 _ => vec![],
             };
             places[index] = steps.len();
-            steps.push(Step { node, depends, numbers });
+            steps.push(Step { node, index, depends, numbers });
         }
         let wanted = wanted.into_iter().map(|node| places[node]).collect();
         Source { layout, steps, wanted, places }
@@ -166,6 +168,71 @@ impl<'g, N: Number> Source<'g, N> {
             _ => 1,
         };
         self.steps.iter().map(|step| cost(step.node)).sum()
+    }
+
+    /// The nodes, with their places in the graph: operands before users.
+    pub(crate) fn nodes(&self) -> impl DoubleEndedIterator<Item = (usize, &'g Node)> {
+        self.steps.iter().map(|step| (step.index, step.node))
+    }
+
+    /// Which arguments a node depends on.
+    pub(crate) fn depends(&self, node: usize) -> Fields {
+        self.steps[self.places[node]].depends
+    }
+
+    /// The branches through which these nodes get their values, each with its side: a choice by the truth that decides it,
+    /// with whether that holds; the others by themselves, with whether the argument is below zero, or the first is returned.
+    /// What decides a branch is no part of its value.
+    pub(crate) fn branches(
+        &self,
+        values: &Values<N>,
+        roots: impl IntoIterator<Item = usize>,
+    ) -> Vec<(usize, bool)> {
+        let mut reached = vec![false; self.steps.len()];
+        for root in roots {
+            reached[self.places[root]] = true;
+        }
+        let mut branches = Vec::new();
+        for at in (0..self.steps.len()).rev().filter(|at| self.steps[*at].node.is_value()) {
+            if !reached[at] {
+                continue;
+            }
+            let Step { node, index, .. } = &self.steps[at];
+            let mut reach = |operand: usize| reached[self.places[operand]] = true;
+            match node {
+                Node::Select(c, x, y) => {
+                    let holds = self.get(values, c.index()).truth();
+                    branches.push((c.index(), holds));
+                    reach(if holds { x.index() } else { y.index() });
+                }
+                Node::VectorSelect(c, u, v) => {
+                    let holds = self.get(values, c.index()).truth();
+                    branches.push((c.index(), holds));
+                    reach(if holds { u.index() } else { v.index() });
+                }
+                Node::Call(Function::Min | Function::Max, x) => {
+                    let first = self.first(node, values);
+                    branches.push((*index, first));
+                    reach(x[usize::from(!first)].index());
+                }
+                _ => {
+                    if node.branches() {
+                        branches.push((*index, self.side(node, values) == Some(Ordering::Less)));
+                    }
+                    node.operands().into_iter().for_each(|operand| reach(operand as usize));
+                }
+            }
+        }
+        branches.sort_unstable();
+        branches.dedup();
+        branches
+    }
+
+    /// Whether `min` or `max` returns its first argument.
+    fn first(&self, node: &Node, values: &Values<N>) -> bool {
+        let wanted =
+            if matches!(node, Node::Call(Function::Max, _)) { Ordering::Greater } else { Ordering::Less };
+        self.side(node, values) == Some(wanted)
     }
 
     /// A node's value at a point.

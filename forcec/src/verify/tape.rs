@@ -425,10 +425,9 @@ fn doubled_precision(
             Pair::new(Bounded { value: inputs[*a], error: error(*a) }),
             Pair::new(Bounded { value: -inputs[*b], error: error(*b) }),
         ]),
-        Operation::Offset(at, number) => Pair::sum(&[
-            Pair::new(Bounded { value: inputs[*at], error: error(*at) }),
-            number.rounded(),
-        ]),
+        Operation::Offset(at, number) => {
+            Pair::sum(&[Pair::new(Bounded { value: inputs[*at], error: error(*at) }), number.rounded()])
+        }
         Operation::Sum(constant, terms) => {
             let scaled = |(c, x): &(Coefficient, usize)| {
                 if c.is_unit {

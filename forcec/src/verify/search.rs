@@ -1,0 +1,778 @@
+//! States on a branch that drawn states miss, and states beside its edge.
+//!
+//! In: a function as it was written, in doubles, and a branch with the side that is wanted. Out: a state there, or none. A
+//! branch is taken where every condition on the way to it holds; from a start the search meets them one after another,
+//! each by steps along the gradient of the difference that decides it, until all hold. Its work is bounded in steps,
+//! and the same start gives the same state. Whether a state is regular, the exact oracle decides.
+
+use super::report::Branch;
+use super::source::{Fields, Source, Values, field_bit};
+use crate::bodies::{Domain, ParameterType, Role};
+use crate::definition::{Definition, Law, Row};
+use crate::ops::{Function, FunctionDomain};
+use crate::places::Places;
+use crate::span::Span;
+use crate::states::{Family, Random, State, draw, project, seed};
+use crate::vector::{Comparison, Graph, Node, Truth};
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Steps from one start.
+const STEPS: usize = 48;
+/// Nodes that may be evaluated for one kernel: about a second.
+const BUDGET: u64 = 20_000_000;
+/// Starts of a search.
+const STARTS: usize = 12;
+
+/// What decides between two branches.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) enum Decider {
+    /// A one-sided row: the side is whether it pushes.
+    Row(usize),
+    /// A node, as [`Source::branches`] names it.
+    Node(usize),
+}
+
+/// A number that a condition compares.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Term {
+    Number(f64),
+    Real(usize),
+    Component(usize, usize),
+}
+
+/// What the difference of two terms should be.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Want {
+    Below,
+    Above,
+    Zero,
+    Apart,
+}
+
+/// One comparison and how it should come out.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Wish {
+    x: Term,
+    y: Term,
+    want: Want,
+}
+
+impl Wish {
+    fn holds(&self, gap: f64) -> bool {
+        match self.want {
+            Want::Below => gap < 0.0,
+            Want::Above => gap > 0.0,
+            Want::Zero => gap == 0.0,
+            Want::Apart => gap != 0.0,
+        }
+    }
+}
+
+/// A state to start from.
+#[derive(Clone)]
+pub(crate) struct Start {
+    pub(crate) values: Vec<f64>,
+    /// What its bodies are apart by.
+    length: f64,
+}
+
+/// Where a difference vanishes: a state, and how the inputs move to change the difference by one.
+struct Edge {
+    values: Vec<f64>,
+    way: Vec<f64>,
+    /// How much the difference changes over the scale of the inputs.
+    size: f64,
+}
+
+/// The search of one kernel.
+pub(crate) struct Search<'d> {
+    graph: &'d Graph,
+    places: &'d Places,
+    source: Source<'d, f64>,
+    rows: Vec<Term>,
+    roots: Vec<usize>,
+    unilateral: bool,
+    constraint: bool,
+    starts: Vec<Start>,
+    spent: Cell<u64>,
+}
+
+/// How near each node is to being reached, and from where.
+struct Routes {
+    distance: Vec<f64>,
+    /// The user of a node on the way to it, or the row it is in.
+    from: Vec<Option<Decider>>,
+}
+
+impl<'d> Search<'d> {
+    pub(crate) fn new(
+        definition: &'d Definition,
+        places: &'d Places,
+        constraint: bool,
+        from: u64,
+    ) -> Search<'d> {
+        let vector = |v: usize| [0, 1, 2].map(|axis| Term::Component(v, axis));
+        let (rows, unilateral): (Vec<Term>, bool) = match &definition.law {
+            Law::Constraint { rows, unilateral, .. } => {
+                let terms = rows.iter().flat_map(|row| match row {
+                    Row::Real(x) => vec![Term::Real(x.index())],
+                    Row::Vector(v) => vector(v.index()).to_vec(),
+                });
+                (terms.collect(), *unilateral)
+            }
+            Law::Energy(energy) => (vec![Term::Real(energy.index())], false),
+            Law::Force(forces) => {
+                let moving = places.signature.moving().map(|(body, _)| &forces[body]);
+                let blocks = moving.flat_map(|f| std::iter::once(f.force).chain(f.torque));
+                (blocks.flat_map(|v| vector(v.index())).collect(), false)
+            }
+        };
+        let node = |term: &Term| match term {
+            Term::Real(node) | Term::Component(node, _) => Some(*node),
+            Term::Number(_) => None,
+        };
+        let roots: Vec<usize> = rows.iter().filter_map(node).collect();
+        let source = Source::new(&definition.graph, places, roots.iter().copied());
+        let named = places.signature.scale.named.len().min(8);
+        let families = [(Family::Random, STARTS - 4), (Family::Rest, 2), (Family::NearSingular, 2)];
+        let families = families.into_iter().chain((named > 0).then_some((Family::Named, named)));
+        let starts = families.flat_map(|(family, count)| {
+            (0..count).map(move |index| {
+                let mut random = Random::new(seed(from, family, (1 << 21) + index as u64));
+                let State { values, .. } = draw(places, constraint, family, index, &mut random);
+                let scale = &places.signature.scale;
+                let length = match family {
+                    Family::Named => scale.named[index % scale.named.len()],
+                    _ => scale.length.unwrap_or(1.0),
+                };
+                Start { values, length }
+            })
+        });
+        let starts = starts.collect();
+        let graph = &definition.graph;
+        Search { graph, places, source, rows, roots, unilateral, constraint, starts, spent: Cell::new(0) }
+    }
+
+    /// Everything that decides between two branches, rows first, then from the outside in.
+    pub(crate) fn deciders(&self) -> Vec<Decider> {
+        let mut deciders: Vec<Decider> = Vec::new();
+        let mut seen = BTreeSet::new();
+        if self.unilateral {
+            deciders.extend((0..self.rows.len()).map(Decider::Row));
+        }
+        let mut valued = vec![false; self.graph.len()];
+        self.roots.iter().for_each(|root| valued[*root] = true);
+        for (index, node) in self.source.nodes().rev().filter(|(_, node)| node.is_value()) {
+            if !valued[index] {
+                continue;
+            }
+            let decider = match node {
+                Node::Select(c, x, y) => (x != y).then(|| c.index()),
+                Node::VectorSelect(c, u, v) => (u != v).then(|| c.index()),
+                _ => node.branches().then_some(index),
+            };
+            if let Some(decider) = decider.map(Decider::Node)
+                && seen.insert(decider)
+            {
+                deciders.push(decider);
+            }
+            self.values_read(node, |operand| valued[operand] = true);
+        }
+        deciders
+    }
+
+    /// What a node's value is made of: not what decides it.
+    fn values_read(&self, node: &Node, mut read: impl FnMut(usize)) {
+        for operand in node.operands().into_iter().map(|operand| operand as usize) {
+            if self.graph.node(operand).is_value() {
+                read(operand);
+            }
+        }
+    }
+
+    fn spend(&self, nodes: usize) -> bool {
+        self.spent.set(self.spent.get() + nodes as u64);
+        self.spent.get() < BUDGET
+    }
+
+    fn evaluate(&self, point: &[f64]) -> Values<'static, f64> {
+        self.source.evaluate(point)
+    }
+
+    fn term(&self, values: &Values<f64>, term: Term) -> f64 {
+        term_of(&self.source, values, term)
+    }
+
+    fn gap(&self, values: &Values<f64>, wish: &Wish) -> f64 {
+        self.term(values, wish.x) - self.term(values, wish.y)
+    }
+
+    /// How far a wish is from holding: 0 where it does, below 1 else.
+    fn miss(&self, values: &Values<f64>, wish: &Wish) -> f64 {
+        let gap = self.gap(values, wish);
+        if wish.holds(gap) {
+            return 0.0;
+        }
+        let size = self.term(values, wish.x).abs() + self.term(values, wish.y).abs();
+        let miss = gap.abs() / (gap.abs() + size + f64::MIN_POSITIVE);
+        if miss.is_nan() { 1.0 } else { 0.1 + 0.9 * miss }
+    }
+
+    /// How far each truth is from being false and from being true.
+    fn truths(&self, values: &Values<f64>) -> Vec<[f64; 2]> {
+        let mut misses = vec![[0.0; 2]; self.graph.len()];
+        for (index, node) in self.source.nodes() {
+            misses[index] = match node {
+                Node::Known(truth) => [f64::from(u8::from(*truth)), f64::from(u8::from(!truth))],
+                Node::Compare(..) => [false, true]
+                    .map(|side| self.compared(node, side).map_or(0.0, |wish| self.miss(values, &wish))),
+                Node::And(a, b) => {
+                    let ([a, x], [b, y]) = (misses[a.index()], misses[b.index()]);
+                    [a.min(b), x + y]
+                }
+                Node::Or(a, b) => {
+                    let ([a, x], [b, y]) = (misses[a.index()], misses[b.index()]);
+                    [a + b, x.min(y)]
+                }
+                Node::Not(a) => {
+                    let [no, yes] = misses[a.index()];
+                    [yes, no]
+                }
+                _ => continue,
+            };
+        }
+        misses
+    }
+
+    /// What a comparison wishes for to come out so.
+    fn compared(&self, node: &Node, side: bool) -> Option<Wish> {
+        let Node::Compare(comparison, x, y) = node else { return None };
+        let want = match (comparison, side) {
+            (Comparison::Equal, true) => Want::Zero,
+            (Comparison::Equal, false) => Want::Apart,
+            (_, true) => Want::Below,
+            (_, false) => Want::Above,
+        };
+        let term = |index: usize| match self.graph.node(index) {
+            Node::Constant(value) => Term::Number(value.to_f64()),
+            _ => Term::Real(index),
+        };
+        Some(Wish { x: term(x.index()), y: term(y.index()), want })
+    }
+
+    /// What must hold for a truth to come out so.
+    fn wishes_of(&self, truth: usize, side: bool, misses: &[[f64; 2]], wishes: &mut Vec<Wish>) {
+        let mut open = vec![(truth, side)];
+        while let Some((truth, side)) = open.pop() {
+            let node = self.graph.node(truth);
+            let nearer = |a: &Truth, b: &Truth| {
+                let side = usize::from(side);
+                if misses[b.index()][side] < misses[a.index()][side] { b.index() } else { a.index() }
+            };
+            match (node, side) {
+                (Node::Compare(..), _) => wishes.extend(self.compared(node, side)),
+                (Node::And(a, b), true) | (Node::Or(a, b), false) => {
+                    open.extend([(b.index(), side), (a.index(), side)]);
+                }
+                (Node::And(a, b), false) | (Node::Or(a, b), true) => open.push((nearer(a, b), side)),
+                (Node::Not(a), _) => open.push((a.index(), !side)),
+                _ => {}
+            }
+        }
+    }
+
+    /// What a decider that is no condition wishes for.
+    fn wish(&self, decider: Decider, side: bool) -> Option<Wish> {
+        let node = match decider {
+            Decider::Row(row) => {
+                let want = if side { Want::Below } else { Want::Above };
+                return Some(Wish { x: self.rows[row], y: Term::Number(0.0), want });
+            }
+            Decider::Node(node) => node,
+        };
+        let Node::Call(function, x) = self.graph.node(node) else { return None };
+        let below = side != (*function == Function::Max);
+        let want = if below { Want::Below } else { Want::Above };
+        let y = x.get(1).map_or(Term::Number(0.0), |y| Term::Real(y.index()));
+        Some(Wish { x: Term::Real(x[0].index()), y, want })
+    }
+
+    /// The nearest way to each node whose value may count.
+    fn routes(&self, values: &Values<f64>, misses: &[[f64; 2]]) -> Routes {
+        let mut routes =
+            Routes { distance: vec![f64::INFINITY; self.graph.len()], from: vec![None; self.graph.len()] };
+        for (row, root) in self.rows.iter().enumerate() {
+            let (Term::Real(root) | Term::Component(root, _)) = *root else { continue };
+            let decider = Decider::Row(row);
+            let wish = self.wish(decider, true).filter(|_| self.unilateral);
+            let distance = wish.map_or(0.0, |wish| self.miss(values, &wish));
+            if distance < routes.distance[root] {
+                routes.distance[root] = distance;
+                routes.from[root] = Some(decider);
+            }
+        }
+        for (index, node) in self.source.nodes().rev().filter(|(_, node)| node.is_value()) {
+            let here = routes.distance[index];
+            if here == f64::INFINITY {
+                continue;
+            }
+            let mut read = 0;
+            self.values_read(node, |operand| {
+                let way = here + self.arm(index, node, read, misses, values);
+                read += 1;
+                if way < routes.distance[operand] {
+                    routes.distance[operand] = way;
+                    routes.from[operand] = Some(Decider::Node(index));
+                }
+            });
+        }
+        routes
+    }
+
+    /// How far a branching node is from taking its value from an operand, counted among those that are values.
+    fn arm(
+        &self,
+        index: usize,
+        node: &Node,
+        operand: usize,
+        misses: &[[f64; 2]],
+        values: &Values<f64>,
+    ) -> f64 {
+        match node {
+            Node::Select(c, ..) | Node::VectorSelect(c, ..) => misses[c.index()][usize::from(operand == 0)],
+            Node::Call(Function::Min | Function::Max, _) => {
+                let wish = self.wish(Decider::Node(index), operand == 0);
+                wish.map_or(0.0, |wish| self.miss(values, &wish))
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// What must hold for a node's value to count.
+    fn wishes_to(&self, node: usize, routes: &Routes, misses: &[[f64; 2]], wishes: &mut Vec<Wish>) {
+        let mut at = node;
+        let mut backwards: Vec<Vec<Wish>> = Vec::new();
+        while let Some(from) = routes.from[at] {
+            let Decider::Node(user) = from else {
+                backwards.push(self.wish(from, true).filter(|_| self.unilateral).into_iter().collect());
+                break;
+            };
+            let mut here = Vec::new();
+            match self.graph.node(user) {
+                Node::Select(c, x, y) if x != y => {
+                    self.wishes_of(c.index(), x.index() == at, misses, &mut here)
+                }
+                Node::VectorSelect(c, x, y) if x != y => {
+                    self.wishes_of(c.index(), x.index() == at, misses, &mut here)
+                }
+                Node::Call(Function::Min | Function::Max, x) => {
+                    here.extend(self.wish(from, x[0].index() == at));
+                }
+                _ => {}
+            }
+            backwards.push(here);
+            at = user;
+        }
+        wishes.extend(backwards.into_iter().rev().flatten());
+    }
+
+    /// What must hold at a state for a decider to be met, and to come out so.
+    fn wishes(&self, values: &Values<f64>, decider: Decider, side: bool) -> (Vec<Wish>, Vec<Wish>) {
+        let misses = self.truths(values);
+        let routes = self.routes(values, &misses);
+        let (mut before, mut own) = (Vec::new(), Vec::new());
+        match decider {
+            Decider::Row(_) => own.extend(self.wish(decider, side)),
+            Decider::Node(node) if self.graph.node(node).is_value() => {
+                self.wishes_to(node, &routes, &misses, &mut before);
+                own.extend(self.wish(decider, side));
+            }
+            Decider::Node(truth) => {
+                let users = self.source.nodes().filter(|(_, node)| match node {
+                    Node::Select(c, x, y) => c.index() == truth && x != y,
+                    Node::VectorSelect(c, u, v) => c.index() == truth && u != v,
+                    _ => false,
+                });
+                let distance = |index: &usize| routes.distance[*index];
+                let nearest =
+                    users.map(|(index, _)| index).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+                if let Some(user) = nearest {
+                    self.wishes_to(user, &routes, &misses, &mut before);
+                }
+                self.wishes_of(truth, side, &misses, &mut own);
+            }
+        }
+        (before, own)
+    }
+
+    /// What must hold for the functions on the way to have values and derivatives.
+    fn domains(&self, values: &Values<f64>) -> Vec<Wish> {
+        let mut reached = vec![false; self.graph.len()];
+        self.roots.iter().for_each(|root| reached[*root] = true);
+        let mut wishes = Vec::new();
+        for (index, node) in self.source.nodes().rev() {
+            if !reached[index] {
+                continue;
+            }
+            let arms = match node {
+                Node::Select(c, x, y) => Some((c.index(), x.index(), y.index())),
+                Node::VectorSelect(c, x, y) => Some((c.index(), x.index(), y.index())),
+                _ => None,
+            };
+            if let Some((c, x, y)) = arms {
+                reached[c] = true;
+                reached[if self.source.get(values, c).truth() { x } else { y }] = true;
+                continue;
+            }
+            node.operands().into_iter().for_each(|operand| reached[operand as usize] = true);
+            let Node::Call(function, x) = node else { continue };
+            let x = Term::Real(x[0].index());
+            let wish = |want, bound| Wish { x, y: Term::Number(bound), want };
+            match function.row().smooth {
+                FunctionDomain::AtLeast(bound) | FunctionDomain::Above(bound) => {
+                    wishes.push(wish(Want::Above, bound))
+                }
+                FunctionDomain::HalfPlane => wishes.push(wish(Want::Above, 0.0)),
+                FunctionDomain::Unit => wishes.extend([wish(Want::Above, -1.0), wish(Want::Below, 1.0)]),
+                FunctionDomain::All | FunctionDomain::NotAllZero => {}
+            }
+        }
+        wishes
+    }
+
+    /// Which inputs may move, and by how much at a time.
+    fn weights(&self, start: &Start, parameters: bool) -> Vec<(usize, f64, Fields)> {
+        let signature = &self.places.signature;
+        let mut weights = Vec::new();
+        for (body, argument) in signature.bodies.iter().enumerate() {
+            for field in argument.kind.row().fields {
+                let (Some(at), Some(slot)) =
+                    (self.places.field(body, field.role), signature.body_slot(body as u16, field.role))
+                else {
+                    continue;
+                };
+                let weight = match field.role {
+                    Role::Velocity | Role::AngularVelocity if argument.fixed => continue,
+                    Role::Position | Role::Velocity => start.length,
+                    Role::Orientation | Role::AngularVelocity => 1.0,
+                };
+                let bit = field_bit(self.places, slot);
+                weights.extend((at..at + field.length as usize).map(|at| (at, weight, bit)));
+            }
+        }
+        let count = signature.parameters.len() - if self.constraint { 2 } else { 0 };
+        for (p, parameter) in signature.parameters.iter().take(count).enumerate().filter(|_| parameters) {
+            let at = self.places.parameter(p);
+            let length = parameter.ty.length() as usize;
+            let size = start.values[at..at + length].iter().map(|x| x.abs()).fold(0.0, f64::max);
+            let weight = match (parameter.ty.innermost(), parameter.domain) {
+                _ if parameter.value.is_some() => continue,
+                (_, Domain::Range(low, high)) => 0.3 * (high - low).min(size.max(1e-3 * (high - low))),
+                (ParameterType::Quaternion, _) | (_, Domain::Unit) => 0.3,
+                (_, Domain::Any) => 0.3 * size,
+            };
+            let bit = field_bit(self.places, signature.parameter_slot(p, 0));
+            weights.extend((at..at + length).map(|at| (at, weight, bit)));
+        }
+        weights.retain(|(_, weight, _)| *weight > 0.0 && weight.is_finite());
+        weights
+    }
+
+    /// How the inputs move to change a difference by one, and how much it changes over their weights.
+    fn way(&self, part: &Part<'d>, start: &Start, wish: &Wish, parameters: bool) -> Option<(Vec<f64>, f64)> {
+        let gap = part.gap(&start.values, wish)?;
+        let mut way = vec![0.0; start.values.len()];
+        let mut size = 0.0;
+        let mut moved = start.values.clone();
+        for (at, weight, bit) in self.weights(start, parameters) {
+            if part.depends & bit == 0 || !self.spend(part.nodes) {
+                continue;
+            }
+            let before = moved[at];
+            // Small enough for a slope, large enough for its digits.
+            moved[at] = before + 1e-6 * weight.max(1e-6 * before.abs());
+            let step = moved[at] - before;
+            let slope = part.gap(&moved, wish).map_or(0.0, |after| (after - gap) / step);
+            moved[at] = before;
+            if slope.is_finite() {
+                way[at] = weight * weight * slope;
+                size += (weight * slope) * (weight * slope);
+            }
+        }
+        if size <= 0.0 || !size.is_finite() {
+            return None;
+        }
+        way.iter_mut().for_each(|x| *x /= size);
+        Some((way, size.sqrt()))
+    }
+
+    fn moved(&self, values: &[f64], way: &[f64], by: f64) -> Vec<f64> {
+        let mut moved: Vec<f64> = values.iter().zip(way).map(|(x, way)| x + by * way).collect();
+        project(self.places, &mut moved);
+        moved
+    }
+
+    fn part(&self, wish: &Wish) -> Part<'d> {
+        let nodes = [wish.x, wish.y].into_iter().filter_map(|term| match term {
+            Term::Number(_) => None,
+            Term::Real(node) | Term::Component(node, _) => Some(node),
+        });
+        let nodes: Vec<usize> = nodes.collect();
+        let source = Source::new(self.graph, self.places, nodes.iter().copied());
+        let depends = nodes.iter().fold(0, |all, node| all | source.depends(*node));
+        Part { nodes: source.nodes().count(), source, depends }
+    }
+
+    /// A state at which a decider is met and comes out so, or at which everything is regular, from a start.
+    fn reach(&self, start: &Start, target: Option<(Decider, bool)>, random: &mut Random) -> Option<Start> {
+        let mut here = start.clone();
+        for number in 0..STEPS {
+            if !self.spend(2 * self.graph.len()) {
+                return None;
+            }
+            let values = self.evaluate(&here.values);
+            let mut wishes = Vec::new();
+            if let Some((decider, side)) = target {
+                let (before, own) = self.wishes(&values, decider, side);
+                wishes.extend(before);
+                wishes.extend(own);
+            }
+            let misses = |wish: &Wish| !wish.holds(self.gap(&values, wish));
+            let unmet: Vec<Wish> = wishes.iter().copied().filter(misses).collect();
+            let outside: Vec<Wish> = self.domains(&values).into_iter().filter(misses).collect();
+            let blind = unmet.iter().any(|wish| self.gap(&values, wish).is_nan());
+            let list = if unmet.is_empty() || (blind && !outside.is_empty()) { &outside } else { &unmet };
+            let Some(wish) = list.get(number % list.len().max(1)) else { return Some(here) };
+            let part = self.part(wish);
+            let way = self.way(&part, &here, wish, number % 3 == 2);
+            let way = way.or_else(|| self.way(&part, &here, wish, true));
+            let Some(((way, size), gap)) = way.zip(part.gap(&here.values, wish)) else {
+                self.kick(&mut here, random);
+                continue;
+            };
+            let beyond = (0.2 * gap.abs()).max(1e-3 * size);
+            let aim = match wish.want {
+                Want::Below => -beyond,
+                Want::Above => beyond,
+                Want::Zero => 0.0,
+                Want::Apart => 1e-3 * size,
+            };
+            let mut by = aim - gap;
+            let mut next = self.moved(&here.values, &way, by);
+            for _ in 0..6 {
+                match part.gap(&next, wish) {
+                    Some(after) if (after - aim).abs() < (gap - aim).abs() => break,
+                    _ => {}
+                }
+                by /= 2.0;
+                next = self.moved(&here.values, &way, by);
+            }
+            here.values = next;
+        }
+        None
+    }
+
+    /// A jump where there is no slope to follow.
+    fn kick(&self, start: &mut Start, random: &mut Random) {
+        let size = random.decades(-2, 2);
+        for (at, weight, _) in self.weights(start, true) {
+            start.values[at] += weight * size * random.uniform(-1.0, 1.0);
+        }
+        project(self.places, &mut start.values);
+    }
+
+    /// States at which a decider is met and comes out so, from the starts and from states found before.
+    pub(crate) fn find(
+        &mut self,
+        decider: Decider,
+        side: bool,
+        count: usize,
+        random: &mut Random,
+    ) -> Vec<State> {
+        let mut order: Vec<(f64, usize)> = Vec::new();
+        for (index, start) in self.starts.iter().enumerate() {
+            let values = self.evaluate(&start.values);
+            let (before, own) = self.wishes(&values, decider, side);
+            let miss = before.iter().chain(&own).map(|wish| self.miss(&values, wish)).sum();
+            order.push((miss, index));
+        }
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut found: Vec<Start> = Vec::new();
+        for (_, index) in order {
+            if found.len() == count || !self.spend(0) {
+                break;
+            }
+            found.extend(self.reach(&self.starts[index], Some((decider, side)), random));
+        }
+        // A row that is met at speed need not push; at rest it does.
+        let mut states: Vec<State> = Vec::new();
+        for start in &found {
+            if self.unilateral {
+                let mut rest = start.values.clone();
+                for (body, _) in self.places.signature.bodies.iter().enumerate() {
+                    for at in [Role::Velocity, Role::AngularVelocity]
+                        .into_iter()
+                        .filter_map(|r| self.places.field(body, r))
+                    {
+                        rest[at..at + 3].fill(0.0);
+                    }
+                }
+                states.push(State { values: rest, scale: start.length });
+            }
+            states.push(State { values: start.values.clone(), scale: start.length });
+        }
+        self.starts.extend(found.into_iter().take(1));
+        states
+    }
+
+    /// The state moved to where every function on its way has a value and a derivative.
+    pub(crate) fn regular(&self, state: &State, random: &mut Random) -> Option<State> {
+        let length = self.places.signature.scale.length.unwrap_or(1.0);
+        let start = Start { values: state.values.clone(), length: state.scale.min(length) };
+        let found = self.reach(&start, None, random)?;
+        Some(State { values: found.values, scale: state.scale })
+    }
+
+    /// States on both sides of where a decider turns, nearer and nearer: from a start that meets it.
+    pub(crate) fn beside(&self, decider: Decider, count: usize) -> Vec<State> {
+        for start in self.starts.iter().rev() {
+            let values = self.evaluate(&start.values);
+            for side in [true, false] {
+                let (before, own) = self.wishes(&values, decider, side);
+                let met = before.iter().all(|wish| wish.holds(self.gap(&values, wish)));
+                let turns: Vec<&Wish> =
+                    own.iter().filter(|wish| !wish.holds(self.gap(&values, wish))).collect();
+                if let (true, [wish, ..]) = (met, turns.as_slice())
+                    && let Some(edge) = self.edge(start, wish)
+                {
+                    return self.around(&edge, start.length, count);
+                }
+            }
+        }
+        Vec::new()
+    }
+
+    /// Where the difference of a wish vanishes, by Newton's steps.
+    fn edge(&self, start: &Start, wish: &Wish) -> Option<Edge> {
+        let part = self.part(wish);
+        let mut here = start.clone();
+        for number in 0..STEPS {
+            let gap = part.gap(&here.values, wish)?;
+            let (way, size) =
+                self.way(&part, &here, wish, false).or_else(|| self.way(&part, &here, wish, true))?;
+            if gap.abs() <= 1e-14 * size || number + 1 == STEPS {
+                return (gap.abs() <= 1e-6 * size).then_some(Edge { values: here.values, way, size });
+            }
+            let next = self.moved(&here.values, &way, -gap);
+            match part.gap(&next, wish) {
+                Some(after) if after.abs() < gap.abs() => here.values = next,
+                _ => return (gap.abs() <= 1e-6 * size).then_some(Edge { values: here.values, way, size }),
+            }
+        }
+        None
+    }
+
+    /// States beside an edge, in turn on either side, at 1e-3 to 1e-12 of the scale.
+    fn around(&self, edge: &Edge, length: f64, count: usize) -> Vec<State> {
+        let states = (0..count).map(|number| {
+            let away = 0.1f64.powi(3 + (number / 2 * 4 % 10) as i32);
+            let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
+            let values = self.moved(&edge.values, &edge.way, sign * away * edge.size);
+            State { values, scale: length * away }
+        });
+        states.collect()
+    }
+
+    /// States beside the edges of deciders and beside zeros, about as many as asked for.
+    pub(crate) fn edges(&self, deciders: &[Decider], count: usize) -> Vec<State> {
+        let mut states = self.zeros(count / 2);
+        let left = count - states.len().min(count);
+        if let Some(each) = left.checked_div(deciders.len()) {
+            // Both sides of each, or of as many as there are states for.
+            let stride = (2 * deciders.len()).div_ceil(left.max(2));
+            for decider in deciders.iter().step_by(stride) {
+                states.extend(self.beside(*decider, (each & !1).clamp(2, 6)));
+            }
+        }
+        states
+    }
+
+    /// Every branch, for people, with the states at which its arms were active.
+    pub(crate) fn branches(
+        &self,
+        definition: &Definition,
+        active: &BTreeMap<(Decider, bool), usize>,
+    ) -> Vec<Branch> {
+        let spans: BTreeMap<usize, Span> = definition.branches.iter().copied().collect();
+        let mut chosen: BTreeMap<usize, usize> = BTreeMap::new();
+        for (index, node) in self.source.nodes() {
+            if let Node::Select(c, ..) | Node::VectorSelect(c, ..) = node {
+                chosen.entry(c.index()).or_insert(index);
+            }
+        }
+        let branch = |decider: Decider| {
+            let states = [true, false].map(|side| active.get(&(decider, side)).copied().unwrap_or(0));
+            let (what, arms, node) = match decider {
+                Decider::Row(row) => (format!("row {}", row + 1), ["pushes", "idle"], None),
+                Decider::Node(node) => match self.graph.node(node) {
+                    Node::Call(function @ (Function::Min | Function::Max), _) => {
+                        (function.row().name.to_owned(), ["first", "second"], Some(node))
+                    }
+                    Node::Call(function, _) => {
+                        (function.row().name.to_owned(), ["below zero", "above"], Some(node))
+                    }
+                    _ => ("if".to_owned(), ["then", "else"], chosen.get(&node).copied()),
+                },
+            };
+            Branch { what, arms, states, span: node.and_then(|node| spans.get(&node).copied()), place: None }
+        };
+        self.deciders().into_iter().map(branch).collect()
+    }
+
+    /// States beside zeros of norms and of sums with a number, as many as asked for.
+    pub(crate) fn zeros(&self, most: usize) -> Vec<State> {
+        let mut states = Vec::new();
+        for norms in [true, false] {
+            let zeros = self.source.nodes().filter(|(_, node)| match node {
+                Node::Norm(_) => norms,
+                Node::Sum(constant, _) => !norms && !constant.is_zero(),
+                _ => false,
+            });
+            for (number, (index, _)) in zeros.take(most).enumerate() {
+                let wish = Wish { x: Term::Real(index), y: Term::Number(0.0), want: Want::Zero };
+                let start = &self.starts[number % self.starts.len()];
+                if let Some(edge) = self.edge(start, &wish) {
+                    states.extend(self.around(&edge, start.length, 2));
+                }
+                if states.len() >= most || !self.spend(0) {
+                    return states;
+                }
+            }
+        }
+        states
+    }
+}
+
+fn term_of(source: &Source<'_, f64>, values: &Values<f64>, term: Term) -> f64 {
+    match term {
+        Term::Number(x) => x,
+        Term::Real(node) => *source.get(values, node).real(),
+        Term::Component(node, axis) => source.get(values, node).vector()[axis],
+    }
+}
+
+/// What one wish needs of the source.
+struct Part<'d> {
+    source: Source<'d, f64>,
+    nodes: usize,
+    depends: Fields,
+}
+
+impl Part<'_> {
+    fn gap(&self, point: &[f64], wish: &Wish) -> Option<f64> {
+        let values = self.source.evaluate(point);
+        let gap = term_of(&self.source, &values, wish.x) - term_of(&self.source, &values, wish.y);
+        gap.is_finite().then_some(gap)
+    }
+}
