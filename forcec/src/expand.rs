@@ -462,10 +462,14 @@ fn plain(item: &syn::Item) -> TokenStream {
             let many = (function.sig.inputs.len() > 7).then(|| {
                 quote!(#[allow(clippy::too_many_arguments, reason = "they are the parameters of a force")])
             });
-            let loops = has_loop(function.block.to_token_stream()).then(|| {
+            let body = || function.block.to_token_stream();
+            let loops = mentions(body(), &["for"]).then(|| {
                 quote!(#[allow(clippy::needless_range_loop, reason = "the force language has no iterators")])
             });
-            quote!(#source #many #loops #function)
+            let future = mentions(body(), &["erf", "erfc"]).then(|| {
+                quote!(#[allow(unstable_name_collisions, reason = "the standard library's would be the same")])
+            });
+            quote!(#source #many #loops #future #function)
         }
         syn::Item::Mod(mut module) => {
             keep(&mut module.attrs);
@@ -478,11 +482,11 @@ fn plain(item: &syn::Item) -> TokenStream {
     }
 }
 
-/// Whether there is a `for` among the tokens.
-fn has_loop(tokens: TokenStream) -> bool {
+/// Whether one of these words is among the tokens.
+fn mentions(tokens: TokenStream, words: &[&str]) -> bool {
     tokens.into_iter().any(|token| match token {
-        TokenTree::Ident(ident) => ident == "for",
-        TokenTree::Group(group) => has_loop(group.stream()),
+        TokenTree::Ident(ident) => words.iter().any(|word| ident == word),
+        TokenTree::Group(group) => mentions(group.stream(), words),
         _ => false,
     })
 }

@@ -66,7 +66,7 @@ const LOCAL_WORDS: &str = "acos acosh asin asinh atan atan2 atanh cbrt ceil copy
     lrint lround modf nan nearbyint nextafter nexttoward pow remainder remquo rint round scalbln scalbn signbit sin \
     sinh sqrt tan tanh tgamma trunc j0 j1 jn y0 y1 yn drem finite significand scalb exp10 pow10 sincos isnan isinf \
     isfinite isnormal fpclassify abs labs div index main printf malloc free time clock near far min max small hyper \
-    interface evaluate f32 f64 usize core std foo baz quux";
+    interface evaluate f32 f64 usize core std foo baz quux sinc erf_slope logistic logistic_slope softplus ln_cosh";
 
 /// Whether Rust has a module of this name, in a file of this name.
 pub(crate) fn is_module(stem: &str) -> bool {
@@ -103,7 +103,8 @@ pub(crate) fn is_no_local(name: &str) -> bool {
     });
     // Ours: in C every type and function ends in its precision, in Rust the special functions in their order.
     let precise = || name.ends_with("_f64") || name.ends_with("_f32");
-    let order = || ["cos_sqrt_", "angle_ratio_"].iter().find_map(|family| name.strip_prefix(family));
+    const FAMILIES: [&str; 6] = ["cos_sqrt_", "angle_ratio_", "asinh_", "acosh_", "atanh_", "sinc_"];
+    let order = || FAMILIES.iter().find_map(|family| name.strip_prefix(family));
     WORDS.contains(name) || is_macro(name) || precise() || order().is_some_and(|order| order.len() == 1)
 }
 

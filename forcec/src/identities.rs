@@ -34,8 +34,24 @@ macro_rules! identity {
 
 /// Functions with f(−x) = −f(x).
 fn is_odd(function: Function) -> bool {
-    use Function::{Asin, Atan, Cbrt, Sin, Sinh, Tan, Tanh};
-    matches!(function, Sin | Tan | Asin | Atan | Sinh | Tanh | Cbrt)
+    use Function::{Asin, Asinh, Atan, Atanh, Cbrt, Erf, Sin, Sinc, Sinh, Tan, Tanh};
+    match function {
+        Sin | Tan | Asin | Atan | Sinh | Tanh | Cbrt | Erf => true,
+        Asinh(n) | Atanh(n) => n % 2 == 0,
+        Sinc(n) => n % 2 == 1,
+        _ => false,
+    }
+}
+
+/// Functions with f(−x) = f(x).
+fn is_even(function: Function) -> bool {
+    use Function::{Abs, Asinh, Atanh, Cos, Cosh, ErfSlope, LnCosh, LogisticSlope, Sinc};
+    match function {
+        Cos | Cosh | Abs | ErfSlope | LogisticSlope | LnCosh => true,
+        Asinh(n) | Atanh(n) => n % 2 == 1,
+        Sinc(n) => n % 2 == 0,
+        _ => false,
+    }
 }
 
 /// −x as x, if x is written with a minus sign.
@@ -47,11 +63,12 @@ fn without_minus(g: &mut Graph, x: Real) -> Option<Real> {
 
 /// f(0) as a number, for the functions that have an exact one.
 fn at_zero(function: Function) -> Option<Exact> {
-    use Function::{Abs, Cos, CosSqrt, Cosh, Exp, ExpM1, Ln1p, Sqrt};
+    use Function::{Abs, Cos, CosSqrt, Cosh, Erfc, Exp, ExpM1, Ln1p, LnCosh, Logistic, Sinc, Sqrt};
     match function {
         _ if is_odd(function) => Some(Exact::ZERO),
-        Abs | Sqrt | ExpM1 | Ln1p => Some(Exact::ZERO),
-        Exp | Cos | Cosh | CosSqrt(0) => Some(Exact::ONE),
+        Abs | Sqrt | ExpM1 | Ln1p | LnCosh => Some(Exact::ZERO),
+        Exp | Cos | Cosh | CosSqrt(0) | Sinc(0) | Erfc => Some(Exact::ONE),
+        Logistic => Some(Exact::ratio(1, 2)),
         CosSqrt(1) => Some(Exact::ratio(-1, 2)),
         _ => None,
     }
@@ -75,7 +92,7 @@ pub static IDENTITIES: &[Identity] = &[
         Some(g.neg(value))
     }),
     identity!("even function", "(-x).cos() + (-y).abs() + (-y).cosh()" => "x.cos() + y.abs() + y.cosh()", |g, f, x| {
-        if !matches!(f, Function::Cos | Function::Cosh | Function::Abs) {
+        if !is_even(f) {
             return None;
         }
         let opposite = without_minus(g, x[0])?;

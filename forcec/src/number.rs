@@ -24,6 +24,11 @@ pub trait Arithmetic:
         x * y + z
     }
 
+    /// Binary digits of a number of the format that results are for.
+    fn digits() -> u32 {
+        f64::MANTISSA_DIGITS
+    }
+
     /// The same value under a name: for those who record the computation.
     fn named(self, _name: &str) -> Self {
         self
@@ -36,11 +41,27 @@ pub trait Number: Arithmetic {
     fn holds(comparison: Comparison, x: &Self, y: &Self) -> bool;
 }
 
+/// What can take one of two ways: numbers by comparing, a record of the computation by writing both down.
+pub trait Choice: Arithmetic {
+    /// The first way if x < y, else the second; the last thing that a computation does.
+    fn if_less(x: &Self, y: &Self, less: impl FnOnce() -> Self, otherwise: impl FnOnce() -> Self) -> Self;
+}
+
+impl<N: Number> Choice for N {
+    fn if_less(x: &N, y: &N, less: impl FnOnce() -> N, otherwise: impl FnOnce() -> N) -> N {
+        if N::holds(Comparison::Less, x, y) { less() } else { otherwise() }
+    }
+}
+
 macro_rules! float {
     ($float:ty, $nearest:ident) => {
         impl Arithmetic for $float {
             fn exact(value: &Exact) -> $float {
                 value.$nearest()
+            }
+
+            fn digits() -> u32 {
+                <$float>::MANTISSA_DIGITS
             }
 
             fn fused(x: $float, y: $float, z: $float) -> $float {

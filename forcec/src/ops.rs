@@ -3,14 +3,16 @@
 //! Adding a function is adding a variant and its row. The derivative may use the function's own result; the spelling
 //! is a template in which `{0}`, `{1}` stand for the arguments, `{p}` for the precision, `{f}` and `{F}` for the
 //! suffixes of C's single precision, and `{n}` for the number within a family. Rust spells functions of two arguments
-//! as paths: clippy follows the receiver of a method with arguments through every `let`, in exponential time.
+//! as paths: clippy follows the receiver of a method with arguments through every `let`, in exponential time. What is
+//! spelled as a function of our own, `forcec_…` in C and a bare name in Rust, is defined beside the kernel by
+//! [`special`](crate::special).
 
 use crate::exact::Exact;
 use crate::special;
 use crate::vector::{Graph, Real};
 
-/// A function of reals. The two families with a number are the derivatives, each its own primitive, of
-/// cos √s and of atan2(√m, w)/√m, out of which rotations by a vector and angles of quaternions are made.
+/// A function of reals. The families with a number are the derivatives of a function, each its own primitive; out of those
+/// of cos √s and of atan2(√m, w)/√m rotations by a vector and angles of quaternions are made.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Function {
     /// The constant π.
@@ -51,6 +53,28 @@ pub enum Function {
     Cosh,
     /// tanh x
     Tanh,
+    /// dⁿ/dxⁿ asinh x
+    Asinh(u8),
+    /// dⁿ/dxⁿ acosh x
+    Acosh(u8),
+    /// dⁿ/dxⁿ atanh x
+    Atanh(u8),
+    /// dⁿ/dxⁿ sin(x)/x, 1 at 0
+    Sinc(u8),
+    /// The error function, 2/√π ∫₀ˣ e^(−t²) dt
+    Erf,
+    /// 1 − erf x
+    Erfc,
+    /// 2/√π e^(−x²)
+    ErfSlope,
+    /// 1/(1 + e⁻ˣ)
+    Logistic,
+    /// eˣ/(1 + eˣ)²
+    LogisticSlope,
+    /// ln(1 + eˣ)
+    Softplus,
+    /// ln cosh x
+    LnCosh,
     /// √(x² + y²)
     Hypot,
     /// the smaller
@@ -76,6 +100,8 @@ pub enum FunctionDomain {
     Above(f64),
     /// The first argument lies in −1 … 1.
     Unit,
+    /// The first argument lies between −1 and 1.
+    Inside,
     /// The arguments are not all zero.
     NotAllZero,
     /// The first argument is at least zero and the arguments are not all zero.
@@ -117,11 +143,11 @@ pub enum Cost {
     Call,
 }
 
-use FunctionDomain::{Above, All, AtLeast, HalfPlane, NotAllZero, Unit};
+use FunctionDomain::{Above, All, AtLeast, HalfPlane, Inside, NotAllZero, Unit};
 
 macro_rules! row {
     ($name:literal/$arity:literal, $domain:expr, $smooth:expr, $formula:literal, $derivative:expr, $value:expr,
-     $c:literal, $rust:literal) => {
+     $c:expr, $rust:expr) => {
         FunctionRow {
             name: $name,
             arity: $arity,
@@ -379,6 +405,143 @@ static TANH: FunctionRow = row!(
     "tanh{f}({0})",
     "{0}.tanh()"
 );
+
+/// A row whose value is computed by the code that is printed for it.
+macro_rules! own {
+    ($function:expr, $name:literal, $domain:expr, $smooth:expr, $formula:literal, $derivative:expr,
+     $c:expr, $rust:expr) => {
+        row!(
+            $name / 1,
+            $domain,
+            $smooth,
+            $formula,
+            $derivative,
+            |x| special::evaluate($function, x).expect("defined by its code"),
+            $c,
+            $rust
+        )
+    };
+}
+/// A function and its derivatives, in the order of the orders.
+macro_rules! orders {
+    ($function:ident, $name:literal, $domain:expr, $smooth:expr, $c:literal, $rust:literal) => {
+        [
+            orders!($function, 0, $name, $domain, $smooth, $c, $rust),
+            orders!($function, 1, $name, $smooth, $smooth),
+            orders!($function, 2, $name, $smooth, $smooth),
+            orders!($function, 3, $name, $smooth, $smooth),
+        ]
+    };
+    ($function:ident, $n:literal, $name:literal, $domain:expr, $smooth:expr) => {
+        orders!(
+            $function,
+            $n,
+            $name,
+            $domain,
+            $smooth,
+            concat!("forcec_", $name, "_{n}_{p}({0})"),
+            concat!($name, "_{n}({0})")
+        )
+    };
+    ($function:ident, $n:literal, $name:literal, $domain:expr, $smooth:expr, $c:expr, $rust:expr) => {
+        own!(
+            Function::$function($n),
+            $name,
+            $domain,
+            $smooth,
+            "the next of the family",
+            |g, x, _, _| g.call(Function::$function($n + 1), &[x[0]]),
+            $c,
+            $rust
+        )
+    };
+}
+static ASINH: [FunctionRow; 4] = orders!(Asinh, "asinh", All, All, "asinh{f}({0})", "asinh({0})");
+static ACOSH: [FunctionRow; 4] =
+    orders!(Acosh, "acosh", AtLeast(1.0), Above(1.0), "acosh{f}({0})", "acosh({0})");
+static ATANH: [FunctionRow; 4] = orders!(Atanh, "atanh", Inside, Inside, "atanh{f}({0})", "atanh({0})");
+static SINC: [FunctionRow; 4] = orders!(Sinc, "sinc", All, All, "forcec_sinc_{p}({0})", "sinc({0})");
+static ERF: FunctionRow = own!(
+    Function::Erf,
+    "erf",
+    All,
+    All,
+    "2/√π exp(−x²)",
+    |g, x, _, _| g.call(Function::ErfSlope, &[x[0]]),
+    "erf{f}({0})",
+    "erf({0})"
+);
+static ERFC: FunctionRow = own!(
+    Function::Erfc,
+    "erfc",
+    All,
+    All,
+    "−2/√π exp(−x²)",
+    |g, x, _, _| {
+        let slope = g.call(Function::ErfSlope, &[x[0]]);
+        g.neg(slope)
+    },
+    "erfc{f}({0})",
+    "erfc({0})"
+);
+static ERF_SLOPE: FunctionRow = own!(
+    Function::ErfSlope,
+    "erf_slope",
+    All,
+    All,
+    "−2 x r",
+    |g, x, r, _| {
+        let product = g.mul(x[0], r);
+        g.scaled(Exact::from(-2), product)
+    },
+    "forcec_erf_slope_{p}({0})",
+    "erf_slope({0})"
+);
+static LOGISTIC: FunctionRow = own!(
+    Function::Logistic,
+    "logistic",
+    All,
+    All,
+    "exp x / (1 + exp x)²",
+    |g, x, _, _| g.call(Function::LogisticSlope, &[x[0]]),
+    "forcec_logistic_{p}({0})",
+    "logistic({0})"
+);
+static LOGISTIC_SLOPE: FunctionRow = own!(
+    Function::LogisticSlope,
+    "logistic_slope",
+    All,
+    All,
+    "−r tanh(x/2)",
+    |g, x, r, _| {
+        let half = g.scaled(Exact::ratio(1, 2), x[0]);
+        let tangent = g.call(Function::Tanh, &[half]);
+        let product = g.mul(r, tangent);
+        g.neg(product)
+    },
+    "forcec_logistic_slope_{p}({0})",
+    "logistic_slope({0})"
+);
+static SOFTPLUS: FunctionRow = own!(
+    Function::Softplus,
+    "softplus",
+    All,
+    All,
+    "1 / (1 + exp(−x))",
+    |g, x, _, _| g.call(Function::Logistic, &[x[0]]),
+    "forcec_softplus_{p}({0})",
+    "softplus({0})"
+);
+static LN_COSH: FunctionRow = own!(
+    Function::LnCosh,
+    "ln_cosh",
+    All,
+    All,
+    "tanh x",
+    |g, x, _, _| g.call(Function::Tanh, &[x[0]]),
+    "forcec_ln_cosh_{p}({0})",
+    "ln_cosh({0})"
+);
 static HYPOT: FunctionRow = row!(
     "hypot" / 2,
     All,
@@ -470,7 +633,7 @@ static ANGLE_RATIO: [FunctionRow; 4] = [angle_ratio!(0), angle_ratio!(1), angle_
 
 impl Function {
     /// Every function, the families up to the order that forces and their derivatives reach.
-    pub const ALL: [Function; 30] = [
+    pub const ALL: [Function; 49] = [
         Function::Pi,
         Function::Abs,
         Function::Sqrt,
@@ -490,6 +653,25 @@ impl Function {
         Function::Sinh,
         Function::Cosh,
         Function::Tanh,
+        Function::Asinh(0),
+        Function::Asinh(1),
+        Function::Asinh(2),
+        Function::Acosh(0),
+        Function::Acosh(1),
+        Function::Acosh(2),
+        Function::Atanh(0),
+        Function::Atanh(1),
+        Function::Atanh(2),
+        Function::Sinc(0),
+        Function::Sinc(1),
+        Function::Sinc(2),
+        Function::Erf,
+        Function::Erfc,
+        Function::ErfSlope,
+        Function::Logistic,
+        Function::LogisticSlope,
+        Function::Softplus,
+        Function::LnCosh,
         Function::Hypot,
         Function::Min,
         Function::Max,
@@ -525,6 +707,17 @@ impl Function {
             Function::Sinh => &SINH,
             Function::Cosh => &COSH,
             Function::Tanh => &TANH,
+            Function::Asinh(n) => &ASINH[n as usize],
+            Function::Acosh(n) => &ACOSH[n as usize],
+            Function::Atanh(n) => &ATANH[n as usize],
+            Function::Sinc(n) => &SINC[n as usize],
+            Function::Erf => &ERF,
+            Function::Erfc => &ERFC,
+            Function::ErfSlope => &ERF_SLOPE,
+            Function::Logistic => &LOGISTIC,
+            Function::LogisticSlope => &LOGISTIC_SLOPE,
+            Function::Softplus => &SOFTPLUS,
+            Function::LnCosh => &LN_COSH,
             Function::Hypot => &HYPOT,
             Function::Min => &MIN,
             Function::Max => &MAX,
@@ -535,8 +728,8 @@ impl Function {
     }
 
     /// How far what a library returns may be from the true value, in units of half an ulp: rows that round not at all or
-    /// correctly, and 4 ulp for all others, twice what the manual of glibc 2.40 states for the worst of them. The families
-    /// are computed by code of our own, whose error is not stated but analysed.
+    /// correctly, and 4 ulp for all others, twice what the manual of glibc 2.40 states for the worst of them. That holds of
+    /// code of our own too, by measurement; that of cos √s, of angles and of sinc is analysed besides.
     pub fn units(self) -> f64 {
         match self {
             Function::Abs | Function::Min | Function::Max | Function::Signum => 0.0,
@@ -545,10 +738,12 @@ impl Function {
         }
     }
 
-    /// The number within its family, for the spelling.
+    /// The number within its family, where that belongs to its name.
     pub fn order(self) -> Option<u8> {
+        use Function::{Acosh, AngleRatio, Asinh, Atanh, CosSqrt, Sinc};
         match self {
-            Function::CosSqrt(n) | Function::AngleRatio(n) => Some(n),
+            CosSqrt(n) | AngleRatio(n) => Some(n),
+            Asinh(n) | Acosh(n) | Atanh(n) | Sinc(n) => Some(n).filter(|n| *n > 0),
             _ => None,
         }
     }

@@ -1,6 +1,78 @@
-//! The functions of the force language that nalgebra spells otherwise.
+//! The functions of the force language that the standard library or nalgebra lack or spell otherwise.
 
-use nalgebra::{Matrix2, Matrix3, RealField, SMatrix, SVector};
+use nalgebra::{Matrix2, Matrix3, RealField, SMatrix, SVector, Vector3};
+
+/// Functions of a real.
+pub trait RealFunctions: Sized {
+    /// The error function, 2/√π ∫₀ˣ e^(−t²) dt.
+    fn erf(self) -> Self;
+    /// 1 − erf x, with all its digits where that is small.
+    fn erfc(self) -> Self;
+    /// sin(x)/x, 1 at 0.
+    fn sinc(self) -> Self;
+    /// (1 − cos x)/x², ½ at 0.
+    fn versine(self) -> Self;
+    /// 1/(1 + e⁻ˣ).
+    fn logistic(self) -> Self;
+    /// ln(1 + eˣ).
+    fn softplus(self) -> Self;
+    /// ln cosh x.
+    fn ln_cosh(self) -> Self;
+}
+
+macro_rules! real_functions {
+    ($real:ident, $erf:path, $erfc:path) => {
+        impl RealFunctions for $real {
+            fn erf(self) -> $real {
+                $erf(self)
+            }
+
+            fn erfc(self) -> $real {
+                $erfc(self)
+            }
+
+            fn sinc(self) -> $real {
+                if self.abs() < 1e-6 { 1.0 - self * self / 6.0 } else { self.sin() / self }
+            }
+
+            fn versine(self) -> $real {
+                0.5 * (0.5 * self).sinc().powi(2)
+            }
+
+            fn logistic(self) -> $real {
+                1.0 / (1.0 + (-self).exp())
+            }
+
+            fn softplus(self) -> $real {
+                self.max(0.0) + (-self.abs()).exp().ln_1p()
+            }
+
+            fn ln_cosh(self) -> $real {
+                let a = self.abs();
+                if a < 1.0 {
+                    let e = a.exp_m1();
+                    (e * e / (2.0 + 2.0 * e)).ln_1p()
+                } else {
+                    a + ((-2.0 * a).exp().ln_1p() - core::$real::consts::LN_2)
+                }
+            }
+        }
+    };
+}
+real_functions!(f64, libm::erf, libm::erfc);
+real_functions!(f32, libm::erff, libm::erfcf);
+
+/// The angle between two vectors.
+pub trait AngleBetween<R> {
+    /// atan2(|u × v|, u · v), 0 … π. nalgebra's `angle` is the same angle, but loses digits near 0 and π.
+    fn angle_between(&self, v: &Self) -> R;
+}
+
+impl<R: RealField + Copy> AngleBetween<R> for Vector3<R> {
+    fn angle_between(&self, v: &Vector3<R>) -> R {
+        self.cross(v).norm().atan2(self.dot(v))
+    }
+}
 
 /// The product v wᵀ.
 pub trait Outer<R, const N: usize> {

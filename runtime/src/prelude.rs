@@ -1,7 +1,7 @@
 //! The names that force functions are written with, in double precision: `use forcec_runtime::prelude::*`.
 
 pub use crate::bodies::{Particle, Rigid, Wrench};
-pub use crate::functions::{Inverse, Outer};
+pub use crate::functions::{AngleBetween, Inverse, Outer, RealFunctions};
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
 pub use std::f64::consts::PI;

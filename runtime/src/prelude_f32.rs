@@ -1,7 +1,7 @@
 //! The names that force functions are written with, in single precision: `use forcec_runtime::prelude_f32::*`.
 
 pub use crate::bodies::{ParticleF32 as Particle, RigidF32 as Rigid};
-pub use crate::functions::{Inverse, Outer};
+pub use crate::functions::{AngleBetween, Inverse, Outer, RealFunctions};
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
 pub use std::f32::consts::PI;

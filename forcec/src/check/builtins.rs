@@ -188,7 +188,9 @@ pub(crate) fn instead(name: &str, on: &Type) -> Option<&'static str> {
         ("mul_add", Type::Real) => "write `x * y + z`; the compiler fuses where it is asked to",
         ("to_radians", Type::Real) => "write `x * PI / 180.0`",
         ("to_degrees", Type::Real) => "write `x * 180.0 / PI`",
-        ("asinh", Type::Real) => "write `(x + (x * x + 1.0).sqrt()).ln()`",
+        ("expit" | "sigmoid", Type::Real) => "write `.logistic()`",
+        ("ln1p" | "log1p", Type::Real) => "write `.ln_1p()`",
+        ("expm1", Type::Real) => "write `.exp_m1()`",
         ("floor" | "ceil" | "round" | "trunc" | "fract" | "rem_euclid", Type::Real) => {
             "a force is differentiable; it has no steps"
         }

@@ -319,6 +319,20 @@ fn call(function: Function, x: &[Interval]) -> Interval {
         Function::Sinh => x[0].monotone(f64::sinh).except_zero(x[0].nonzero),
         Function::Cosh => Interval::new(1.0, f64::INFINITY),
         Function::Tanh => x[0].monotone(f64::tanh).except_zero(x[0].nonzero),
+        Function::Asinh(0) => {
+            x[0].monotone(|x| (Function::Asinh(0).row().value)(&[x])).except_zero(x[0].nonzero)
+        }
+        Function::Acosh(0) | Function::LnCosh => Interval::new(0.0, f64::INFINITY),
+        Function::Atanh(0) => Interval::ALL.except_zero(x[0].nonzero),
+        Function::Asinh(1) | Function::Acosh(1) | Function::Atanh(1) => {
+            Interval::new(0.0, f64::INFINITY).except_zero(true)
+        }
+        Function::Sinc(_) => Interval::new(-1.0, 1.0),
+        Function::Erf => Interval::new(-1.0, 1.0).except_zero(x[0].nonzero),
+        Function::Erfc => Interval::new(0.0, 2.0).except_zero(true),
+        Function::ErfSlope => Interval::new(0.0, 1.13).except_zero(true),
+        Function::Logistic | Function::LogisticSlope => Interval::new(0.0, 1.0).except_zero(true),
+        Function::Softplus => Interval::new(x[0].low.max(0.0), f64::INFINITY).except_zero(true),
         Function::Hypot => length([x[0], x[1], Interval::point(0.0)]),
         Function::Min => least(x[0], x[1]),
         Function::Max => {
@@ -330,7 +344,12 @@ fn call(function: Function, x: &[Interval]) -> Interval {
             x[0].monotone(f64::tan).except_zero(x[0].nonzero)
         }
         Function::CosSqrt(0) => cosine(x[0].and(Interval::new(0.0, f64::INFINITY)).monotone(f64::sqrt)),
-        Function::Tan | Function::CosSqrt(_) | Function::AngleRatio(_) => Interval::ALL,
+        Function::Tan
+        | Function::Asinh(_)
+        | Function::Acosh(_)
+        | Function::Atanh(_)
+        | Function::CosSqrt(_)
+        | Function::AngleRatio(_) => Interval::ALL,
     }
 }
 

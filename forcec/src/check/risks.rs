@@ -36,6 +36,8 @@ pub(crate) enum RiskKind {
     Inverse,
     /// It is the length of the imaginary part whose angle is taken.
     Angle,
+    /// It is the length of the product of two vectors whose angle is taken.
+    Parallel,
     /// A function of one argument is applied to it.
     Call(Function),
     /// A function of two arguments is applied, not both of which may be zero; it is the sum of their squares.
@@ -56,7 +58,7 @@ impl RiskKind {
     fn ends(self) -> Vec<f64> {
         match self {
             RiskKind::Call(function) => match function.row().domain {
-                FunctionDomain::Unit => vec![-1.0, 1.0],
+                FunctionDomain::Unit | FunctionDomain::Inside => vec![-1.0, 1.0],
                 FunctionDomain::AtLeast(bound) | FunctionDomain::Above(bound) => vec![bound],
                 _ => vec![0.0],
             },
@@ -92,7 +94,7 @@ fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {
             "divides by the determinant",
             "write the matrix that is meant".to_owned(),
         ),
-        RiskKind::Norm | RiskKind::Angle | RiskKind::Pair(_) if fixed => return None,
+        RiskKind::Norm | RiskKind::Angle | RiskKind::Parallel | RiskKind::Pair(_) if fixed => return None,
         RiskKind::Division if zero => (
             "division by a value that can be zero".to_owned(),
             "gives no finite number where the divisor is zero",
@@ -123,6 +125,11 @@ fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {
             "the angle has a kink at zero",
             "use `scaled_axis()`, which is smooth there".to_owned(),
         ),
+        RiskKind::Parallel if zero => (
+            "`angle` of vectors that can be parallel: its derivative divides by zero".to_owned(),
+            "the angle has a kink at 0 and at π",
+            "write a function of its square, which is smooth but at π, or of `u.dot(&v)`".to_owned(),
+        ),
         RiskKind::Pair(function) if zero => (
             format!(
                 "`{}` of values that can both be zero: its derivative divides by zero",
@@ -148,6 +155,9 @@ fn call(function: Function, range: Interval, fixed: bool, span: Span) -> Option<
         FunctionDomain::Unit => {
             (range.low > 1.0 || range.high < -1.0).then(|| "outside of -1 … 1".to_owned())
         }
+        FunctionDomain::Inside => {
+            (range.low >= 1.0 || range.high <= -1.0).then(|| "not between -1 and 1".to_owned())
+        }
         FunctionDomain::All | FunctionDomain::NotAllZero | FunctionDomain::HalfPlane => None,
     };
     if let Some(place) = outside {
@@ -163,6 +173,9 @@ fn call(function: Function, range: Interval, fixed: bool, span: Span) -> Option<
         FunctionDomain::Above(bound) => (range.low <= bound).then(|| format!("{bound} or below")),
         FunctionDomain::Unit => {
             (range.low < -1.0 || range.high > 1.0).then(|| "outside of -1 … 1".to_owned())
+        }
+        FunctionDomain::Inside => {
+            (range.low <= -1.0 || range.high >= 1.0).then(|| "-1, 1 or beyond".to_owned())
         }
         FunctionDomain::NotAllZero | FunctionDomain::HalfPlane => {
             range.contains_zero().then(|| "zero".to_owned())
@@ -190,6 +203,8 @@ fn call(function: Function, range: Interval, fixed: bool, span: Span) -> Option<
         Function::Acos | Function::Asin => {
             "keep it inside, as in `x.clamp(-0.999, 0.999)`, or take the angle by `atan2`".to_owned()
         }
+        Function::Atanh(_) => "keep it inside, as in `x.clamp(-0.999, 0.999)`".to_owned(),
+        Function::Acosh(_) => "keep it above 1, as in `x.max(1.0 + 1e-9)`".to_owned(),
         Function::Sqrt if range.low >= 0.0 => {
             "add a positive constant, as in `(x + 1e-12).sqrt()`, or state its range with `#[domain(…)]`"
                 .to_owned()

@@ -7,6 +7,7 @@ use super::operators::{inner, quotient};
 use super::quaternions::{self, Quaternion};
 use super::risks::RiskKind;
 use super::values::Value;
+use crate::exact::Exact;
 use crate::ops::{Function, FunctionDomain};
 use crate::span::Span;
 use crate::vector::{Graph, Real};
@@ -52,8 +53,8 @@ fn function(e: &mut Elaborator<'_>, f: Function, x: &[Value], span: Span) -> Val
 }
 
 macro_rules! f {
-    ($function:ident) => {
-        |e, x, span| function(e, Function::$function, x, span)
+    ($function:ident $($order:tt)?) => {
+        |e, x, span| function(e, Function::$function $($order)?, x, span)
     };
 }
 
@@ -87,6 +88,22 @@ static REALS: &[Builtin] = table![Value:
     R, "sinh"() -> R, "hyperbolic sine", f!(Sinh);
     R, "cosh"() -> R, "hyperbolic cosine", f!(Cosh);
     R, "tanh"() -> R, "hyperbolic tangent", f!(Tanh);
+    R, "asinh"() -> R, "inverse hyperbolic sine", f!(Asinh (0));
+    R, "acosh"() -> R, "inverse hyperbolic cosine", f!(Acosh (0));
+    R, "atanh"() -> R, "inverse hyperbolic tangent", f!(Atanh (0));
+    R, "erf"() -> R, "error function", f!(Erf);
+    R, "erfc"() -> R, "1 - erf(x), with all its digits where that is small", f!(Erfc);
+    R, "sinc"() -> R, "sin(x) / x, 1 at 0", f!(Sinc (0));
+    R, "versine"() -> R, "(1 - cos(x)) / x², ½ at 0", |e, x, _| {
+        // ½ sinc²(x/2), which cancels nowhere.
+        let half = e.graph.scaled(Exact::ratio(1, 2), x[0].real());
+        let sinc = e.graph.call(Function::Sinc(0), &[half]);
+        let square = e.graph.powi(sinc, 2);
+        Value::Real(e.graph.scaled(Exact::ratio(1, 2), square))
+    };
+    R, "logistic"() -> R, "1 / (1 + exp(-x))", f!(Logistic);
+    R, "softplus"() -> R, "ln(1 + exp(x))", f!(Softplus);
+    R, "ln_cosh"() -> R, "ln(cosh(x))", f!(LnCosh);
     R, "hypot"(R) -> R, "square root of x² + y²", f!(Hypot);
     R, "min"(R) -> R, "the smaller", f!(Min);
     R, "max"(R) -> R, "the larger", f!(Max);
@@ -185,12 +202,31 @@ fn norm(g: &mut Graph, v: &Value) -> Real {
     }
 }
 
+/// The angle of u and v, atan2(|u×v|, u·v). Where it is acute it is written |u×v| A(|u×v|², u·v), so that its square, and
+/// what it has in common with its derivative, is smooth where the two are parallel.
+fn angle_between(e: &mut Elaborator<'_>, x: &[Value], span: Span) -> Value {
+    let g = &mut e.graph;
+    let (u, v) = (x[0].vector(), x[1].vector());
+    let cross = g.cross(u, v);
+    let (sine, square, cosine) = (g.norm(cross), g.dot(cross, cross), g.dot(u, v));
+    let ratio = g.call(Function::AngleRatio(0), &[square, cosine]);
+    let acute = g.mul(sine, ratio);
+    let obtuse = g.call(Function::Atan2, &[sine, cosine]);
+    let zero = g.zero();
+    let is_acute = g.less(zero, cosine);
+    let angle = g.select(is_acute, acute, obtuse);
+    e.risk(RiskKind::Parallel, sine, span);
+    Value::Real(angle)
+}
+
 /// Vectors.
 static VECTORS: &[Builtin] = table![Value:
     Vectors, "dot"(Same) -> R, "inner product", |e, x, _| Value::Real(dot(&mut e.graph, &x[0], &x[1]));
     Vector(3), "cross"(Same) -> Same, "vector product", |e, x, _| {
         Value::Vector(e.graph.cross(x[0].vector(), x[1].vector()))
     };
+    Vector(3), "angle"(Same) -> R, "angle between the two, 0 to π", angle_between;
+    Vector(3), "angle_between"(Same) -> R, "the same", angle_between;
     Vectors, "norm"() -> R, "length", |e, x, span| {
         let norm = norm(&mut e.graph, &x[0]);
         e.risk(RiskKind::Norm, norm, span);

@@ -34,6 +34,20 @@ pub(super) fn value(function: Function, x: &[f64]) -> f64 {
         Function::Cosh => libm::cosh(x[0]),
         Function::Tanh => libm::tanh(x[0]),
         Function::Hypot => libm::hypot(x[0], x[1]),
+        Function::Asinh(_)
+        | Function::Acosh(_)
+        | Function::Atanh(_)
+        | Function::Sinc(_)
+        | Function::Erf
+        | Function::Erfc
+        | Function::ErfSlope
+        | Function::Logistic
+        | Function::LogisticSlope
+        | Function::Softplus
+        | Function::LnCosh => {
+            let x = Running::<Double>::known(x[0]);
+            special::evaluate(function, &[x]).map_or(f64::NAN, |value| value.value())
+        }
         // Exact, or rounded as IEEE says; and families, which are asked of [`family`].
         Function::Pi
         | Function::Abs
@@ -50,6 +64,8 @@ pub(super) fn value(function: Function, x: &[f64]) -> f64 {
 pub(super) fn family<N: Number>(function: Function, arguments: impl FnOnce() -> Vec<N>) -> Option<N> {
     match function {
         Function::CosSqrt(n) => Some(special::cos_sqrt(u32::from(n), arguments().swap_remove(0))),
+        // Its derivatives have zeros.
+        Function::Sinc(_) => special::evaluate(function, &arguments()),
         Function::AngleRatio(n) => {
             let [m, w] = <[N; 2]>::try_from(arguments()).ok()?;
             Some(special::angle_ratio(u32::from(n), m, w))
@@ -118,6 +134,29 @@ pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
             let r = at(Function::Tanh);
             e.min(((1.0 - r) * (1.0 + r) + 8.0 * UNIT) * e + e * e)
         }
+        // The first two derivatives of asinh are at most 1/(1 + x²)^(½, 1), the third at most twice that to the power 3/2.
+        Function::Asinh(n) => {
+            let slope = value(Function::Asinh(1), &[least.max(0.0)]);
+            (0..n).fold(e * f64::from(n.max(1)), |bound, _| bound * slope) * slope
+        }
+        // Derivatives of acosh fall in size.
+        Function::Acosh(n) => positive(a - e - 1.0, &|| e * value(Function::Acosh(n + 1), &[a - e]).abs()),
+        // Those of atanh grow towards ±1.
+        Function::Atanh(n) => {
+            let far = (a.abs() + e) * (1.0 + 4.0 * UNIT);
+            positive(1.0 - far, &|| e * value(Function::Atanh(n + 1), &[far]))
+        }
+        // f⁽ᵏ⁾ = ∫₀¹ tᵏ cos(x t + k π/2) dt, at most 1/(k + 1).
+        Function::Sinc(n) => {
+            let (next, most) = (value(Function::Sinc(n + 1), x).abs(), f64::from(n + 2));
+            e * (next + 8.0 * UNIT + e).min(1.0 / most)
+        }
+        Function::Erf | Function::Erfc => e * value(Function::ErfSlope, &[least.max(0.0)]),
+        Function::ErfSlope => times(2.0 * e * (a.abs() + e), value(Function::ErfSlope, &[least.max(0.0)])),
+        // The second derivative is smaller than the first.
+        Function::Logistic | Function::LogisticSlope => e * value(Function::LogisticSlope, &[least.max(0.0)]),
+        Function::Softplus => e * value(Function::Logistic, &[a + e]),
+        Function::LnCosh => e * libm::tanh(a.abs() + e),
         Function::Hypot => libm::hypot(e, errors[1]),
         // |dᵏ/dsᵏ cos √s| is largest at 0, k!/(2k)!; below zero it grows no faster than eᵗ.
         Function::CosSqrt(n) => {

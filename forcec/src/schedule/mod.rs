@@ -21,6 +21,7 @@ use crate::exact::Exact;
 use crate::ops::{Cost, Function};
 pub use crate::outputs::{Output, Part};
 use crate::scalar::{Operations, Program};
+use crate::special;
 use crate::vector::Comparison;
 use std::fmt;
 use std::ops::Range;
@@ -318,7 +319,7 @@ impl Schedule {
             pending.extend(statement.expressions());
             while let Some(expression) = pending.pop() {
                 match expression {
-                    Expression::Call(function, _) if function.order().is_some() => {
+                    Expression::Call(function, _) if special::is_printed(*function) => {
                         _ = found.insert(*function)
                     }
                     _ => {}

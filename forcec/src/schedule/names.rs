@@ -8,7 +8,6 @@
 use crate::bodies::{Role, Signature, Slot};
 use crate::exact::Exact;
 use crate::identifiers::{Arguments, Target, is_no_local, spelled};
-use crate::ops::Function;
 use crate::outputs::Output;
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::vector::Comparison;
@@ -235,14 +234,10 @@ fn told(
             },
             _ => return None,
         },
-        Item::Call(function, arguments)
-            if !matches!(function, Function::CosSqrt(_) | Function::AngleRatio(_)) =>
-        {
-            match arguments.as_slice() {
-                [x] if !x.negative => Told::plain(format!("{}_", function.row().name)).then(base(x.item)?),
-                _ => return None,
-            }
-        }
+        Item::Call(function, arguments) if function.order().is_none() => match arguments.as_slice() {
+            [x] if !x.negative => Told::plain(format!("{}_", function.row().name)).then(base(x.item)?),
+            _ => return None,
+        },
         Item::Sum(edges) => match edges.as_slice() {
             [x, y] => {
                 let (x, y) = if x.negative != flipped { (y, x) } else { (x, y) };

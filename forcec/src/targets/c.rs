@@ -14,10 +14,11 @@ use crate::layouts::{LANES, Place};
 use crate::ops::Function;
 use crate::outputs::Part;
 use crate::rounding::rounding;
+use crate::schedule::Statement;
 use crate::schedule::print;
 use crate::schedule::split::Section;
 use crate::targets::parts::{Needed, needed};
-use crate::targets::routine::{Routine, Way, routine};
+use crate::targets::routine::{Routine, Step, routine};
 use crate::targets::{
     COMMON, MADE, acts, body, field_summary, lane_loop, parameter_summary, reads, stored_as, template,
     visible,
@@ -96,7 +97,9 @@ pub fn header_common() -> String {
             ));
         }
         for function in Function::ALL {
-            if let Some(routine) = routine(function, precision) {
+            // What `<math.h>` has is called there.
+            let own = function.row().c.starts_with("forcec_");
+            if let Some(routine) = routine(function, precision).filter(|_| own) {
                 text.push_str(&special(function, &routine, precision));
             }
         }
@@ -116,26 +119,23 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
         routine.variables[..routine.arguments].iter().map(|v| format!("{real} {}", v.name)).collect();
     let mut text =
         format!("\n/* {} */\nstatic inline {real} {name}({})\n{{\n", routine.summary, arguments.join(", "));
-    let write = |text: &mut String, (statements, result): &Way, indent: &str| {
-        for statement in statements {
-            for line in print::statement(&dialect, &routine.variables, statement) {
-                text.push_str(&format!("{indent}{line}\n"));
+    let write = |text: &mut String, statement: &Statement, indent: &str| {
+        for line in print::statement(&dialect, &routine.variables, statement) {
+            text.push_str(&format!("{indent}{line}\n"));
+        }
+    };
+    let expression = |expression| print::expression(&dialect, &routine.variables, expression);
+    for step in &routine.steps {
+        match step {
+            Step::Do(statement) => write(&mut text, statement, "    "),
+            Step::Return(condition, statements, result) => {
+                text.push_str(&format!("    if ({}) {{\n", expression(condition)));
+                statements.iter().for_each(|statement| write(&mut text, statement, "        "));
+                text.push_str(&format!("        return {};\n    }}\n", expression(result)));
             }
         }
-        text.push_str(&format!(
-            "{indent}return {};\n",
-            print::expression(&dialect, &routine.variables, result)
-        ));
-    };
-    if let Some((condition, near)) = &routine.near {
-        text.push_str(&format!(
-            "    if ({}) {{\n",
-            print::expression(&dialect, &routine.variables, condition)
-        ));
-        write(&mut text, near, "        ");
-        text.push_str("    }\n");
     }
-    write(&mut text, &routine.far, "    ");
+    text.push_str(&format!("    return {};\n", expression(&routine.result)));
     text.push_str("}\n");
     text
 }

@@ -1,11 +1,11 @@
 //! The special functions as statements, recorded from the very code that evaluates them.
 //!
-//! In: a function of a family and a precision. Out: a [`Routine`]: its arguments, when its series serves, and the
-//! statements of both ways. Coefficients that vanish in the precision leave the series.
+//! In: a function and a precision. Out: a [`Routine`]: its arguments, when it returns early, and the statements of both
+//! ways. Coefficients that vanish in the precision leave the series.
 
 use crate::exact::Exact;
 use crate::kernel::Precision;
-use crate::number::Arithmetic;
+use crate::number::{Arithmetic, Choice};
 use crate::ops::Function;
 use crate::schedule::{Expression, Name, Statement, Variable};
 use crate::special;
@@ -20,18 +20,23 @@ pub(super) struct Routine {
     pub(super) summary: String,
     /// Its arguments are the first variables.
     pub(super) arguments: usize,
-    /// Arguments and temporaries of both ways.
+    /// Arguments and temporaries.
     pub(super) variables: Vec<Variable>,
-    /// When the series serves, and how.
-    pub(super) near: Option<(Expression, Way)>,
-    /// The closed form.
-    pub(super) far: Way,
+    /// What it does before it returns its result.
+    pub(super) steps: Vec<Step>,
+    /// What it returns at the end.
+    pub(super) result: Expression,
 }
 
-/// Statements and the result.
-pub(super) type Way = (Vec<Statement>, Expression);
+/// A step of a routine.
+pub(super) enum Step {
+    /// A temporary.
+    Do(Statement),
+    /// If the condition holds, these statements, and the end with this result.
+    Return(Expression, Vec<Statement>, Expression),
+}
 
-/// The definition of a function of a family; `None` for the functions that the languages have.
+/// The definition of a function; `None` for those that every target has.
 pub(super) fn routine(function: Function, precision: Precision) -> Option<Routine> {
     match precision {
         Precision::F64 => record::<false>(function),
@@ -42,17 +47,15 @@ pub(super) fn routine(function: Function, precision: Precision) -> Option<Routin
 fn record<const SINGLE: bool>(function: Function) -> Option<Routine> {
     let below = |x: Expression, y: Expression| Expression::Compare(Comparison::Less, Box::new([x, y]));
     let recorder = Recorder::default();
-    Some(match function {
+    let (summary, arguments, result) = match function {
         Function::CosSqrt(order) => {
             let n = u32::from(order);
             let [s] = recorder.arguments::<SINGLE, 1>(["s"]);
-            let near = special::cos_sqrt_switch(n).map(|switch| {
+            if let Some(switch) = special::cos_sqrt_switch(n) {
                 let condition = below(s.value.clone(), Expression::Literal(switch));
-                (condition, recorder.way(|| special::cos_sqrt_near(n, s.clone())))
-            });
-            let far = recorder.way(|| special::cos_sqrt_far(n, s));
-            let summary = format!("{}cos sqrt(s), s >= 0", derivative(n, "s"));
-            Routine { summary, arguments: 1, variables: recorder.variables.take(), near, far }
+                recorder.choice(condition, || special::cos_sqrt_near(n, s.clone()));
+            }
+            (format!("{}cos sqrt(s), s >= 0", derivative(n, "s")), 1, special::cos_sqrt_far(n, s))
         }
         Function::AngleRatio(order) => {
             let n = u32::from(order);
@@ -62,19 +65,32 @@ fn record<const SINGLE: bool>(function: Function) -> Option<Routine> {
             let zero = Expression::Literal(Exact::ZERO);
             let condition =
                 Expression::And(Box::new([below(zero, w.value.clone()), below(m.value.clone(), bound)]));
-            let near = recorder.way(|| special::angle_ratio_near(n, m.clone(), w.clone()));
-            let far = recorder.way(|| special::angle_ratio_far(n, m, w));
+            recorder.choice(condition, || special::angle_ratio_near(n, m.clone(), w.clone()));
             let summary = format!("{}atan2(sqrt(m), w) / sqrt(m), m >= 0", derivative(n, "m"));
-            Routine {
-                summary,
-                arguments: 2,
-                variables: recorder.variables.take(),
-                near: Some((condition, near)),
-                far,
-            }
+            (summary, 2, special::angle_ratio_far(n, m, w))
         }
-        _ => return None,
-    })
+        _ => {
+            let [x] = recorder.arguments::<SINGLE, 1>(["x"]);
+            let formula = match function {
+                Function::Asinh(_) => "asinh x",
+                Function::Acosh(_) => "acosh x, x >= 1",
+                Function::Atanh(_) => "atanh x, |x| < 1",
+                Function::Sinc(_) => "sin(x) / x, 1 at 0",
+                Function::Erf => "erf x",
+                Function::Erfc => "erfc x",
+                Function::ErfSlope => "d/dx erf x",
+                Function::Logistic => "1 / (1 + exp(-x))",
+                Function::LogisticSlope => "exp(x) / (1 + exp(x))^2",
+                Function::Softplus => "ln(1 + exp(x))",
+                _ => "ln cosh x",
+            };
+            let order = u32::from(function.order().unwrap_or_default());
+            let result = special::evaluate(function, &[x])?;
+            (format!("{}{formula}", derivative(order, "x")), 1, result)
+        }
+    };
+    let (variables, steps) = (recorder.variables.take(), recorder.steps.take());
+    Some(Routine { summary, arguments, variables, steps, result: result.value })
 }
 
 fn derivative(n: u32, by: &str) -> String {
@@ -88,7 +104,7 @@ fn derivative(n: u32, by: &str) -> String {
 #[derive(Clone, Default)]
 struct Recorder {
     variables: Rc<RefCell<Vec<Variable>>>,
-    statements: Rc<RefCell<Vec<Statement>>>,
+    steps: Rc<RefCell<Vec<Step>>>,
 }
 
 impl Recorder {
@@ -105,9 +121,17 @@ impl Recorder {
         Name(variables.len() as u32 - 1)
     }
 
-    fn way<const SINGLE: bool>(&self, compute: impl FnOnce() -> Trace<SINGLE>) -> Way {
+    /// What is computed if the condition holds, and returned.
+    fn choice<const SINGLE: bool>(&self, condition: Expression, compute: impl FnOnce() -> Trace<SINGLE>) {
+        let before = self.steps.take();
         let result = compute().value;
-        (self.statements.take(), result)
+        let within = self.steps.replace(before);
+        let statements = within.into_iter().filter_map(|step| match step {
+            Step::Do(statement) => Some(statement),
+            Step::Return(..) => None,
+        });
+        let chosen = Step::Return(condition, statements.collect(), result);
+        self.steps.borrow_mut().push(chosen);
     }
 }
 
@@ -135,6 +159,10 @@ impl<const SINGLE: bool> Arithmetic for Trace<SINGLE> {
         Trace { value, recorder: None }
     }
 
+    fn digits() -> u32 {
+        if SINGLE { f32::MANTISSA_DIGITS } else { f64::MANTISSA_DIGITS }
+    }
+
     fn call(function: Function, arguments: &[Self]) -> Self {
         let recorder = arguments.iter().find_map(|x| x.recorder.clone());
         Trace {
@@ -147,11 +175,22 @@ impl<const SINGLE: bool> Arithmetic for Trace<SINGLE> {
         match (&self.recorder, self.value.is_atom()) {
             (Some(recorder), false) => {
                 let name = recorder.variable(name);
-                recorder.statements.borrow_mut().push(Statement::Let(name, self.value));
+                recorder.steps.borrow_mut().push(Step::Do(Statement::Let(name, self.value)));
                 Trace { value: Expression::Name(name), recorder: self.recorder }
             }
             _ => self,
         }
+    }
+}
+
+impl<const SINGLE: bool> Choice for Trace<SINGLE> {
+    /// One level deep: no way chooses again.
+    fn if_less(x: &Self, y: &Self, less: impl FnOnce() -> Self, otherwise: impl FnOnce() -> Self) -> Self {
+        let condition = Expression::Compare(Comparison::Less, Box::new([x.value.clone(), y.value.clone()]));
+        if let Some(recorder) = x.recorder.as_ref().or(y.recorder.as_ref()) {
+            recorder.choice(condition, less);
+        }
+        otherwise()
     }
 }
 

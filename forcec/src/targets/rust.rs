@@ -13,10 +13,11 @@ use crate::kernel::{File, Kernel, Precision};
 use crate::ops::Function;
 use crate::outputs::Part;
 use crate::rounding::rounding;
+use crate::schedule::Statement;
 use crate::schedule::print;
 use crate::schedule::split::Section;
 use crate::targets::parts::{Needed, needed};
-use crate::targets::routine::{Routine, Way, routine};
+use crate::targets::routine::{Routine, Step, routine};
 use crate::targets::{
     MADE, acts, body, field_summary, kinds, lane_loop, parameter_summary, reads, rust_body, sentence,
     template, visible,
@@ -477,25 +478,26 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
         routine.variables[..routine.arguments].iter().map(|v| format!("{}: {precision}", v.name)).collect();
     let mut text = format!("    /// {}\n", sentence(&routine.summary));
     text.push_str(&format!("    fn {name}({}) -> {precision} {{\n", arguments.join(", ")));
-    let write = |text: &mut String, (statements, result): &Way, indent: usize, end: [&str; 2]| {
+    let expression = |expression, indent| {
+        print::expression(&Rust::new(&empty, precision, indent, 1), &routine.variables, expression)
+    };
+    let write = |text: &mut String, statement: &Statement, indent: usize| {
         let dialect = Rust::new(&empty, precision, indent, 1);
         let space = " ".repeat(indent);
-        for statement in statements {
-            for line in print::statement(&dialect, &routine.variables, statement) {
-                text.push_str(&format!("{space}{line}\n"));
+        for line in print::statement(&dialect, &routine.variables, statement) {
+            text.push_str(&format!("{space}{line}\n"));
+        }
+    };
+    for step in &routine.steps {
+        match step {
+            Step::Do(statement) => write(&mut text, statement, 8),
+            Step::Return(condition, statements, result) => {
+                text.push_str(&format!("        if {} {{\n", expression(condition, 8)));
+                statements.iter().for_each(|statement| write(&mut text, statement, 12));
+                text.push_str(&format!("            return {};\n        }}\n", expression(result, 12)));
             }
         }
-        let result = print::expression(&dialect, &routine.variables, result);
-        text.push_str(&format!("{space}{}{result}{}\n", end[0], end[1]));
-    };
-    if let Some((condition, near)) = &routine.near {
-        let dialect = Rust::new(&empty, precision, 8, 1);
-        let condition = print::expression(&dialect, &routine.variables, condition);
-        text.push_str(&format!("        if {condition} {{\n"));
-        write(&mut text, near, 12, ["return ", ";"]);
-        text.push_str("        }\n");
     }
-    write(&mut text, &routine.far, 8, ["", ""]);
-    text.push_str("    }\n");
+    text.push_str(&format!("        {}\n    }}\n", expression(&routine.result, 8)));
     text
 }

@@ -183,6 +183,93 @@ impl Big {
         sum
     }
 
+    /// eˣ; zero where that is far below every double. Near zero the general routine would seek digits that decide how to
+    /// round, as of powers.
+    fn exp(&self) -> Big {
+        match self.exponent() {
+            Some(e) if e <= -8 => Big::integer(1) + self.exp_m1(),
+            Some(e) if e > 24 && self.is_negative() => Big::zero(),
+            _ => Big::from(constants(|c| self.0.exp(BITS, ROUND, c))),
+        }
+    }
+
+    /// eˣ − 1, of which the difference leaves nothing near zero: there Σ xᵏ/k!.
+    fn exp_m1(&self) -> Big {
+        if self.exponent().is_none_or(|e| e > -8) {
+            return self.exp() - Big::integer(1);
+        }
+        let next = |term: &Big, k: i32| term.clone() * self.clone() / Big::integer(k + 1);
+        Big::series(self.clone(), next, |term, _| term.clone())
+    }
+
+    /// ln(1 + x), near zero 2 atanh z = 2 Σ z²ᵏ⁺¹/(2k + 1) with z = x/(2 + x).
+    fn ln_1p(&self) -> Big {
+        if self.exponent().is_none_or(|e| e > -8) {
+            return Big::from(constants(|c| (Big::integer(1) + self.clone()).0.ln(BITS, ROUND, c)));
+        }
+        let z = self.clone() / (Big::integer(2) + self.clone());
+        let square = z.clone() * z.clone();
+        let next = |term: &Big, _| term.clone() * square.clone();
+        Big::series(z.scaled(1), next, |term, k| term.clone() / Big::integer(2 * k + 1))
+    }
+
+    /// Derivatives of asinh and acosh from the first, 1/√q with q = x² + c: −x/√q³ and (2x² − c)/√q⁵.
+    fn inverse_hyperbolic(n: u8, x: &Big, q: Big, c: Big) -> Big {
+        let root = q.sqrt();
+        match n {
+            1 => Big::integer(1) / root,
+            2 => -x.clone() / (q * root),
+            _ => ((x.clone() * x.clone()).scaled(1) - c) / (q.clone() * q * root),
+        }
+    }
+
+    /// dⁿ/dxⁿ sin(x)/x for n ≤ 3: −2 C′(x²), C = cos √s, differentiated; far from zero from x f = sin x.
+    fn sinc(n: u8, x: &Big) -> Big {
+        if x.exponent().is_none_or(|e| e < 6) {
+            let s = x.clone() * x.clone();
+            let c = |k| Big::cos_sqrt(k, &s);
+            return match n {
+                0 => -c(1).scaled(1),
+                1 => -(c(2) * x.clone()).scaled(2),
+                2 => -(c(2) + (s.clone() * c(3)).scaled(1)).scaled(2),
+                _ => -(x.clone() * (Big::integer(3) * c(3) + (s.clone() * c(4)).scaled(1))).scaled(3),
+            };
+        }
+        let sine = Big::from(constants(|c| x.0.sin(BITS, ROUND, c)));
+        let cosine = Big::from(constants(|c| x.0.cos(BITS, ROUND, c)));
+        let waves = [sine.clone(), cosine.clone(), -sine, -cosine];
+        (1..=n).fold(waves[0].clone() / x.clone(), |value, k| {
+            (waves[usize::from(k)].clone() - Big::integer(i32::from(k)) * value) / x.clone()
+        })
+    }
+
+    /// 2/√π e^(−x²)
+    fn erf_slope(&self) -> Big {
+        (-(self.clone() * self.clone())).exp().scaled(1) / Big::pi().sqrt()
+    }
+
+    /// 2/√π e^(−x²) Σ 2ᵏ x²ᵏ⁺¹/(2k + 1)!!, all of one sign; beyond 8, 1 − erfc x.
+    fn erf(&self) -> Big {
+        if self.exponent().is_some_and(|e| e > 3) {
+            let value = Big::integer(1) - self.abs().erfc();
+            return if self.is_negative() { -value } else { value };
+        }
+        let square = self.clone() * self.clone();
+        let next = |term: &Big, k: i32| (term.clone() * square.clone()).scaled(1) / Big::integer(2 * k + 1);
+        self.erf_slope() * Big::series(self.clone(), next, |term, _| term.clone())
+    }
+
+    /// Beyond 8 by its continued fraction, e^(−x²)/√π / (x + ½/(x + 1/(x + (3/2)/(x + …)))); below 1 − erf x, which at 8
+    /// leaves 220 bits.
+    fn erfc(&self) -> Big {
+        if self.is_negative() || self.exponent().is_none_or(|e| e <= 3) {
+            return Big::integer(1) - self.erf();
+        }
+        let fraction =
+            (1..=200).rev().fold(self.clone(), |below, k| self.clone() + Big::integer(k).scaled(-1) / below);
+        self.erf_slope().scaled(-1) / fraction
+    }
+
     /// dⁿ/dsⁿ cos √s, an entire function: Σ (−1)^(j+n) (j+n)!/(j! (2j+2n)!) sʲ. Beyond |s| = 4000 the derivatives
     /// follow from 4s y″ + 2y′ + y = 0.
     fn cos_sqrt(n: u8, s: &Big) -> Big {
@@ -273,8 +360,9 @@ impl Arithmetic for Big {
 
     fn call(function: Function, x: &[Big]) -> Big {
         use Function::{
-            Abs, Acos, AngleRatio, Asin, Atan, Atan2, Cbrt, Cos, CosSqrt, Cosh, Exp, ExpM1, Hypot, Ln, Ln1p,
-            Max, Min, Pi, Powf, Signum, Sin, Sinh, Sqrt, Tan, Tanh,
+            Abs, Acos, Acosh, AngleRatio, Asin, Asinh, Atan, Atan2, Atanh, Cbrt, Cos, CosSqrt, Cosh, Erf,
+            ErfSlope, Erfc, Exp, ExpM1, Hypot, Ln, Ln1p, LnCosh, Logistic, LogisticSlope, Max, Min, Pi, Powf,
+            Signum, Sin, Sinc, Sinh, Softplus, Sqrt, Tan, Tanh,
         };
         let one = || Big::integer(1);
         let with = |f: fn(&BigFloat, usize, RoundingMode, &mut Consts) -> BigFloat, x: &Big| {
@@ -286,10 +374,10 @@ impl Arithmetic for Big {
             Sqrt => x[0].sqrt(),
             Cbrt => Big::from(x[0].0.cbrt(BITS, ROUND)),
             Powf => x[0].power(&x[1]),
-            Exp => with(BigFloat::exp, &x[0]),
+            Exp => x[0].exp(),
             Ln => with(BigFloat::ln, &x[0]),
-            Ln1p => with(BigFloat::ln, &(one() + x[0].clone())),
-            ExpM1 => with(BigFloat::exp, &x[0]) - one(),
+            Ln1p => x[0].ln_1p(),
+            ExpM1 => x[0].exp_m1(),
             Sin => with(BigFloat::sin, &x[0]),
             Cos => with(BigFloat::cos, &x[0]),
             Tan => with(BigFloat::tan, &x[0]),
@@ -300,6 +388,53 @@ impl Arithmetic for Big {
             Sinh => with(BigFloat::sinh, &x[0]),
             Cosh => with(BigFloat::cosh, &x[0]),
             Tanh => with(BigFloat::tanh, &x[0]),
+            Asinh(0) => with(BigFloat::asinh, &x[0]),
+            Acosh(0) => with(BigFloat::acosh, &x[0]),
+            Atanh(0) => with(BigFloat::atanh, &x[0]),
+            Asinh(n) => {
+                let x = x[0].clone();
+                let square = one() + x.clone() * x.clone();
+                Big::inverse_hyperbolic(n, &x, square, one())
+            }
+            Acosh(n) => {
+                let x = x[0].clone();
+                let square = (x.clone() - one()) * (x.clone() + one());
+                Big::inverse_hyperbolic(n, &x, square, -one())
+            }
+            Atanh(n) => {
+                let x = x[0].clone();
+                let d = (one() - x.clone()) * (one() + x.clone());
+                match n {
+                    1 => one() / d,
+                    2 => x.scaled(1) / (d.clone() * d),
+                    _ => (Big::integer(2) + Big::integer(6) * x.clone() * x) / (d.clone() * d.clone() * d),
+                }
+            }
+            Sinc(n) => Big::sinc(n, &x[0]),
+            Erf => x[0].erf(),
+            Erfc => x[0].erfc(),
+            ErfSlope => x[0].erf_slope(),
+            Logistic | LogisticSlope => {
+                let small = (-x[0].abs()).exp();
+                let sum = one() + small.clone();
+                match function {
+                    LogisticSlope => small / (sum.clone() * sum),
+                    _ if x[0].is_negative() => small / sum,
+                    _ => one() / sum,
+                }
+            }
+            Softplus => {
+                let rest = (-x[0].abs()).exp().ln_1p();
+                if x[0].is_negative() { rest } else { x[0].clone() + rest }
+            }
+            LnCosh if x[0].exponent().is_none_or(|e| e < 6) => {
+                let sine = with(BigFloat::sinh, &x[0]);
+                (sine.clone() * sine).ln_1p().scaled(-1)
+            }
+            LnCosh => {
+                let rest = (-x[0].abs().scaled(1)).exp().ln_1p();
+                x[0].abs() - with(BigFloat::ln, &Big::integer(2)) + rest
+            }
             Hypot => (x[0].clone() * x[0].clone() + x[1].clone() * x[1].clone()).sqrt(),
             Min if x[0].0.is_nan() || x[1].order(&x[0]) == Some(Ordering::Less) => x[1].clone(),
             Max if x[0].0.is_nan() || x[0].order(&x[1]) == Some(Ordering::Less) => x[1].clone(),

@@ -281,7 +281,48 @@ impl<F: Scalar> Arithmetic for Dual<F> {
                     [square(y.clone()) / cube.clone(), -(x.clone() * y) / cube.clone(), square(x) / cube];
                 Dual::chain_of_two(&arguments[0], &arguments[1], r, slopes, curvatures)
             }
+            Function::Erf | Function::Erfc => {
+                let slope = of(Function::ErfSlope);
+                let slope = if function == Function::Erf { slope } else { -slope };
+                arguments[0].chain(value(), slope.clone(), -(two * x(0) * slope))
+            }
+            Function::ErfSlope => {
+                // f′ = −2 x f, f″ = (4 x² − 2) f
+                let curvature = (F::of(4.0) * square(x(0)) - two.clone()) * value();
+                arguments[0].chain(value(), -(two * x(0) * value()), curvature)
+            }
+            Function::Logistic | Function::LogisticSlope => {
+                // f′ = f (1 − f), f″ = f′ (1 − 2 f), f‴ = f′ (1 − 6 f′)
+                let slope = of(Function::LogisticSlope);
+                let curvature = slope.clone() * (one.clone() - two * of(Function::Logistic));
+                match function {
+                    Function::Logistic => arguments[0].chain(value(), slope, curvature),
+                    _ => {
+                        let third = slope.clone() * (one - F::of(6.0) * slope.clone());
+                        arguments[0].chain(slope, curvature, third)
+                    }
+                }
+            }
+            Function::Softplus => {
+                arguments[0].chain(value(), of(Function::Logistic), of(Function::LogisticSlope))
+            }
+            Function::LnCosh => {
+                let slope = of(Function::Tanh);
+                arguments[0].chain(value(), slope.clone(), one - square(slope))
+            }
             // The families are derivatives of each other by definition.
+            Function::Asinh(n) => {
+                arguments[0].chain(value(), of(Function::Asinh(n + 1)), of(Function::Asinh(n + 2)))
+            }
+            Function::Acosh(n) => {
+                arguments[0].chain(value(), of(Function::Acosh(n + 1)), of(Function::Acosh(n + 2)))
+            }
+            Function::Atanh(n) => {
+                arguments[0].chain(value(), of(Function::Atanh(n + 1)), of(Function::Atanh(n + 2)))
+            }
+            Function::Sinc(n) => {
+                arguments[0].chain(value(), of(Function::Sinc(n + 1)), of(Function::Sinc(n + 2)))
+            }
             Function::CosSqrt(n) => {
                 arguments[0].chain(value(), of(Function::CosSqrt(n + 1)), of(Function::CosSqrt(n + 2)))
             }

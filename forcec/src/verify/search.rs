@@ -434,7 +434,9 @@ impl<'d> Search<'d> {
                     wishes.push(wish(Want::Above, bound))
                 }
                 FunctionDomain::HalfPlane => wishes.push(wish(Want::Above, 0.0)),
-                FunctionDomain::Unit => wishes.extend([wish(Want::Above, -1.0), wish(Want::Below, 1.0)]),
+                FunctionDomain::Unit | FunctionDomain::Inside => {
+                    wishes.extend([wish(Want::Above, -1.0), wish(Want::Below, 1.0)])
+                }
                 FunctionDomain::All | FunctionDomain::NotAllZero => {}
             }
         }

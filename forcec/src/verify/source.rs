@@ -376,7 +376,7 @@ impl<'g, N: Number> Source<'g, N> {
                     FunctionDomain::All => false,
                     FunctionDomain::AtLeast(bound) => below(x[0], bound),
                     FunctionDomain::Above(bound) => !above(x[0], bound),
-                    FunctionDomain::Unit => {
+                    FunctionDomain::Unit | FunctionDomain::Inside => {
                         let size = N::call(Function::Abs, &[x[0].clone()]);
                         !N::holds(Comparison::Less, &size, &N::exact(&Exact::ONE))
                     }

@@ -464,7 +464,7 @@ fn doubled_precision(
 /// The angle that a periodic function is taken of.
 fn phase(function: Function, x: &[f64]) -> Option<f64> {
     match function {
-        Function::Sin | Function::Cos | Function::Tan => Some(x[0]),
+        Function::Sin | Function::Cos | Function::Tan | Function::Sinc(_) => Some(x[0]),
         Function::CosSqrt(_) => Some(x[0].max(0.0).sqrt()),
         _ => None,
     }
@@ -484,6 +484,7 @@ fn over_a_period(function: Function, x: &[Bounded], ends: f64) -> f64 {
             let largest = special::cos_sqrt_series(u32::from(n) + 1, 1)[0].to_f64().abs();
             ends.max(largest * error)
         }
+        Function::Sinc(n) if error > 0.1 => ends.max(error / f64::from(n + 2)),
         _ => ends,
     }
 }
@@ -526,7 +527,9 @@ fn multiply(x: Bounded, y: Bounded) -> Bounded {
 /// How far a function's value may be from the true one, relative to it.
 fn rounding(function: Function) -> f64 {
     match function {
-        Function::CosSqrt(n) | Function::AngleRatio(n) => UNIT * f64::from(16 + 16 * u32::from(n)),
+        Function::CosSqrt(n) | Function::AngleRatio(n) | Function::Sinc(n) => {
+            UNIT * f64::from(16 + 16 * u32::from(n))
+        }
         _ => UNIT * function.units(),
     }
 }
@@ -604,7 +607,10 @@ mod tests {
                 let size = random.decades(-6, 1);
                 let x: Vec<f64> = (0..row.arity)
                     .map(|k| match row.domain {
-                        FunctionDomain::Unit => random.uniform(-1.0, 1.0),
+                        FunctionDomain::Unit | FunctionDomain::Inside => random.uniform(-1.0, 1.0),
+                        FunctionDomain::AtLeast(low) | FunctionDomain::Above(low) => {
+                            low + random.uniform(0.0, 1.0) * size
+                        }
                         FunctionDomain::All => random.uniform(-size, size),
                         FunctionDomain::NotAllZero => random.uniform(-size, size),
                         FunctionDomain::HalfPlane if k == 1 => random.uniform(-2.0, 2.0),
