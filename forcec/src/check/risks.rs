@@ -6,6 +6,7 @@
 use super::ranges::{Interval, Ranges};
 use crate::definition::Singular;
 use crate::diagnostic::Diagnostic;
+use crate::exact::Exact;
 use crate::ops::{Function, FunctionDomain};
 use crate::span::Span;
 use crate::vector::{Comparison, Graph, Node, Real, Truth};
@@ -40,8 +41,35 @@ pub(crate) enum RiskKind {
     Parallel,
     /// A function of one argument is applied to it.
     Call(Function),
+    /// It is raised to a number that is not whole.
+    Power(AtZero),
     /// A function of two arguments is applied, not both of which may be zero; it is the sum of their squares.
     Pair(Function),
+}
+
+/// What of a power exists where its base is zero: decided by the exponent.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum AtZero {
+    /// Below 0 nothing.
+    Nothing,
+    /// From 0 on the value.
+    Value,
+    /// From 1 on the derivative.
+    Slope,
+    /// From 2 on the second derivative.
+    Curvature,
+}
+
+impl AtZero {
+    /// Of a power with this exponent.
+    pub(crate) fn of(exponent: &Exact) -> AtZero {
+        match exponent {
+            y if y.is_negative() => AtZero::Nothing,
+            y if *y < Exact::ONE => AtZero::Value,
+            y if *y < Exact::from(2) => AtZero::Slope,
+            _ => AtZero::Curvature,
+        }
+    }
 }
 
 /// The places of a function that deserve a warning.
@@ -138,17 +166,38 @@ fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {
             "no derivative where both are zero",
             "keep one of them away from zero".to_owned(),
         ),
-        RiskKind::Call(function) => return call(function, range, fixed, risk.span),
+        RiskKind::Call(function) => {
+            let row = function.row();
+            return call(function, [row.domain, row.smooth], "derivative", range, fixed, risk.span);
+        }
+        RiskKind::Power(at_zero) => {
+            use FunctionDomain::{Above, AtLeast};
+            let (domains, missing) = match at_zero {
+                AtZero::Nothing => ([Above(0.0), Above(0.0)], "derivative"),
+                AtZero::Value => ([AtLeast(0.0), Above(0.0)], "derivative"),
+                AtZero::Slope => ([AtLeast(0.0), Above(0.0)], "second derivative"),
+                AtZero::Curvature => ([AtLeast(0.0), AtLeast(0.0)], "derivative"),
+            };
+            return call(Function::Powf, domains, missing, range, fixed, risk.span);
+        }
         _ => return None,
     };
     Some(Diagnostic::warning(risk.span, message, label).help(help))
 }
 
-/// The warning about a function of one argument, whose row says where it is defined and where it is smooth.
-fn call(function: Function, range: Interval, fixed: bool, span: Span) -> Option<Diagnostic> {
+/// The warning about a function of one argument, given where it is defined and where it is smooth; and which derivative is
+/// missing elsewhere.
+fn call(
+    function: Function,
+    [domain, smooth]: [FunctionDomain; 2],
+    derivative: &str,
+    range: Interval,
+    fixed: bool,
+    span: Span,
+) -> Option<Diagnostic> {
     let row = function.row();
     // Where no value that the operand may have is in the domain.
-    let outside = match row.domain {
+    let outside = match domain {
         FunctionDomain::AtLeast(bound) => (range.high < bound).then(|| format!("below {bound}")),
         FunctionDomain::Above(0.0) => (range.high <= 0.0).then(|| "zero or negative".to_owned()),
         FunctionDomain::Above(bound) => (range.high <= bound).then(|| format!("{bound} or below")),
@@ -182,19 +231,19 @@ fn call(function: Function, range: Interval, fixed: bool, span: Span) -> Option<
         }
     };
     let name = row.name;
-    let (message, label) = if let Some(place) = leaves(row.domain) {
+    let (message, label) = if let Some(place) = leaves(domain) {
         (format!("`{name}` of a value that can be {place}"), "gives no finite number there".to_owned())
     } else if fixed {
         return None;
-    } else if row.domain == FunctionDomain::Unit && (range.low <= -1.0 || range.high >= 1.0) {
+    } else if domain == FunctionDomain::Unit && (range.low <= -1.0 || range.high >= 1.0) {
         (
             format!("`{name}` of a value that can reach -1 or 1: its derivative divides by zero"),
             "no derivative there".to_owned(),
         )
-    } else if let Some(place) = leaves(row.smooth) {
+    } else if let Some(place) = leaves(smooth) {
         (
-            format!("`{name}` of a value that can be {place}: its derivative divides by zero"),
-            "no derivative there".to_owned(),
+            format!("`{name}` of a value that can be {place}: its {derivative} divides by zero"),
+            format!("no {derivative} there"),
         )
     } else {
         return None;

@@ -5,7 +5,7 @@ use super::elaborator::Elaborator;
 use super::matrices::{self, Matrix3};
 use super::operators::{inner, quotient};
 use super::quaternions::{self, Quaternion};
-use super::risks::RiskKind;
+use super::risks::{AtZero, RiskKind};
 use super::values::Value;
 use crate::exact::Exact;
 use crate::ops::{Function, FunctionDomain};
@@ -46,6 +46,19 @@ fn function(e: &mut Elaborator<'_>, f: Function, x: &[Value], span: Span) -> Val
         _ if arguments.len() == 2 && f != Function::Powf => {
             let squares = inner(&mut e.graph, &arguments, &arguments);
             e.risk(RiskKind::Pair(f), squares, span);
+        }
+        _ if f == Function::Powf => {
+            let kind = match e.graph.value(arguments[1]) {
+                None => Some(RiskKind::Call(f)),
+                Some(y) => match y.to_i64() {
+                    None => Some(RiskKind::Power(AtZero::of(y))),
+                    // A whole power is defined of negative values too.
+                    Some(n) => (n < 0).then_some(RiskKind::NegativePower),
+                },
+            };
+            if let Some(kind) = kind {
+                e.risk(kind, arguments[0], span);
+            }
         }
         _ => e.risk(RiskKind::Call(f), arguments[0], span),
     }
