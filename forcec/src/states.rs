@@ -79,6 +79,11 @@ impl Family {
         }
     }
 
+    /// Whether a well-behaved function may lose digits there because states are near singular ones.
+    pub fn is_near(self) -> bool {
+        matches!(self, Family::NearSingular | Family::Degenerate | Family::Edges)
+    }
+
     /// Whether rounding leaves most digits of a well-behaved function: neither far nor near-singular.
     pub fn is_ordinary(self) -> bool {
         matches!(self, Family::Random | Family::Rest | Family::Identity)

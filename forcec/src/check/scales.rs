@@ -15,6 +15,8 @@ const ROUNDS: usize = 4;
 const ORDINARY: std::ops::Range<f64> = 1e-2..1e3;
 /// Numbers of a text that name no scale.
 const COMMON: std::ops::Range<f64> = 0.05..50.0;
+/// Lengths at which powers of them stay within the range of doubles.
+const POSSIBLE: std::ops::Range<f64> = 1e-15..1e15;
 /// Named lengths that are kept.
 const MOST_NAMED: usize = 8;
 
@@ -71,13 +73,12 @@ pub(super) fn guess(graph: &mut Graph) {
     scale.named = kept;
 }
 
-/// The length that a number is a power of, if it can be one: what is above 1e60 or below 1e-60 leaves the range of doubles
-/// after a few products.
+/// The length that a number is a power of, if it can be one.
 fn root(number: f64, power: f64) -> Option<f64> {
     let length = number.abs().powf(1.0 / power);
     // Two digits of a root are the same on every machine, and enough.
     let length = if power == 1.0 { length } else { format!("{length:.1e}").parse().unwrap_or(length) };
-    (number != 0.0 && (1e-60..1e60).contains(&length)).then_some(length)
+    (number != 0.0 && POSSIBLE.contains(&length)).then_some(length)
 }
 
 /// The powers of a length that nodes and parameters are, as far as known.

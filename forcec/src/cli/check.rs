@@ -63,8 +63,7 @@ impl Check {
                 let mut report = check(&subject, &printed.collect::<Vec<Printed>>(), &options);
                 report.kernel.clone_from(&function.kernel.name);
                 for branch in &mut report.branches {
-                    let line = branch.span.map(|span| source.line_column(span.start).0);
-                    branch.place = line.map(|line| format!("{}:{line}", source.name));
+                    branch.line = branch.span.map(|span| source.line_column(span.start).0);
                 }
                 let misplaced = misplaced(function, &subject);
                 report.passed &= misplaced.is_none();

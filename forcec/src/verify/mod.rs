@@ -314,8 +314,10 @@ impl<'a> Checker<'a> {
             return Ok(Exact { point, dfdv, dfdx, direction: None });
         }
         let sign = |random: &mut Random| if random.chance(2) { 1.0 } else { -1.0 };
-        let direction: Vec<f64> =
-            self.names.iter().map(|_| sign(random) * random.uniform(0.5, 1.0)).collect();
+        let along = self.places.pose.iter().map(|coordinate| {
+            sign(random) * random.uniform(0.5, 1.0) * 2f64.powi(self.oracle.shift(coordinate))
+        });
+        let direction: Vec<f64> = along.collect();
         let dfdx = point.dfdx_along(&direction)?;
         Ok(Exact { point, dfdv, dfdx, direction: Some(direction) })
     }

@@ -36,6 +36,8 @@ pub(crate) struct Oracle<'d> {
     /// The bit of the field that each coordinate moves.
     pose_bits: Vec<Fields>,
     velocity_bits: Vec<Fields>,
+    /// Positions and velocities step by two to this times a step: bodies that are apart by little step by little.
+    shift: i32,
 }
 
 /// A node that is one row or three.
@@ -209,6 +211,9 @@ impl<'d> Oracle<'d> {
             law,
             pose_bits: field_bits(places, &places.pose),
             velocity_bits: field_bits(places, &places.velocity),
+            shift: Big::from_f64(places.signature.scale.length.unwrap_or(1.0))
+                .exponent()
+                .map_or(0, |e| e - 1),
         }
     }
 
@@ -371,10 +376,18 @@ impl<'d> Oracle<'d> {
         force
     }
 
+    /// What a step along a coordinate is multiplied by, as a power of two.
+    pub(crate) fn shift(&self, coordinate: &Coordinate) -> i32 {
+        match coordinate.role {
+            Role::Position | Role::Velocity => self.shift,
+            Role::Orientation | Role::AngularVelocity => 0,
+        }
+    }
+
     /// The inputs after a step along one coordinate.
     fn moved(&self, inputs: &[Big], coordinate: &Coordinate) -> Vec<Big> {
         let mut direction = vec![0.0; 3];
-        direction[coordinate.axis] = 1.0;
+        direction[coordinate.axis] = 2f64.powi(self.shift(coordinate));
         let mut moved = inputs.to_vec();
         step(&mut moved, coordinate, &direction);
         moved
@@ -431,9 +444,9 @@ fn regular(values: &Values<Big>) -> Result<(), Singular> {
     }
 }
 
-/// (after − before)/step
-fn quotient(after: &[Big], before: &[Big]) -> Vec<Big> {
-    after.iter().zip(before).map(|(a, b)| (a.clone() - b.clone()).scaled(STEP)).collect()
+/// (after − before)/step, the step multiplied by two to the `shift`
+fn quotient(after: &[Big], before: &[Big], shift: i32) -> Vec<Big> {
+    after.iter().zip(before).map(|(a, b)| (a.clone() - b.clone()).scaled(STEP - shift)).collect()
 }
 
 impl Point<'_, '_> {
@@ -501,7 +514,7 @@ impl Point<'_, '_> {
                     after
                 }
             };
-            for (row, entry) in jacobian.iter_mut().zip(quotient(&after, rows)) {
+            for (row, entry) in jacobian.iter_mut().zip(quotient(&after, rows, oracle.shift(coordinate))) {
                 row.push(entry);
             }
         }
@@ -555,7 +568,7 @@ impl Point<'_, '_> {
             let inputs = oracle.moved(&self.inputs, coordinate);
             let values = oracle.source.update(&self.values, &inputs, oracle.pose_bits[j]);
             let force = self.force_at(of, &values, &inputs, Some((j, &mut steps)))?;
-            columns.push(quotient(&force, &here));
+            columns.push(quotient(&force, &here, oracle.shift(coordinate)));
         }
         self.columns(columns)
     }
@@ -570,7 +583,7 @@ impl Point<'_, '_> {
         let all = oracle.pose_bits.iter().fold(0, |all, bit| all | bit);
         let values = oracle.source.update(&self.values, &inputs, all);
         let force = self.force_at(&Of::Force, &values, &inputs, None)?;
-        self.columns(vec![quotient(&force, &self.force)])
+        self.columns(vec![quotient(&force, &self.force, 0)])
     }
 
     /// ∂F/∂V, all columns.
@@ -601,7 +614,7 @@ impl Point<'_, '_> {
                     of.pick(oracle, &self.jacobian, multipliers)
                 }
             };
-            columns.push(quotient(&force, &here));
+            columns.push(quotient(&force, &here, oracle.shift(coordinate)));
         }
         self.columns(columns)
     }

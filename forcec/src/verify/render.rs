@@ -112,7 +112,19 @@ fn branches(text: &mut String, report: &Report) {
     }
     let arms =
         lines.iter().map(|(name, [x, y], [first, second])| format!("{name}: {first} {x}, {second} {y}"));
-    let _ = writeln!(text, "branches of {}: {}", report.kernel, arms.collect::<Vec<_>>().join("; "));
+    let mut line = format!("branches of {}:", report.kernel);
+    for (number, arm) in arms.enumerate() {
+        if number > 0 {
+            line.push(';');
+        }
+        if line.chars().count() + arm.chars().count() > WIDTH {
+            let _ = writeln!(text, "{line}");
+            line = "   ".to_owned();
+        }
+        line.push(' ');
+        line.push_str(&arm);
+    }
+    let _ = writeln!(text, "{line}");
     for (name, states, arms) in lines {
         for arm in states.iter().zip(arms).filter(|(states, _)| **states == 0).map(|(_, arm)| arm) {
             let _ = writeln!(
@@ -246,7 +258,7 @@ const INVARIANTS: [&str; 5] =
     ["force balance", "torque balance", "rotation equivariance", "dfdv symmetric", "dfdx symmetric"];
 
 fn is_hard(family: Family) -> bool {
-    matches!(family, Family::NearSingular | Family::Far)
+    family == Family::Far || family.is_near()
 }
 
 fn quotient(x: f64) -> String {
@@ -368,7 +380,7 @@ fn object(report: &Report) -> String {
         let arm = |k: usize| fields(&[("arm", string(b.arms[k])), ("states", b.states[k].to_string())]);
         fields(&[
             ("branch", string(&b.what)),
-            ("place", b.place.as_ref().map_or_else(|| "null".to_owned(), |place| string(place))),
+            ("line", b.line.map_or_else(|| "null".to_owned(), |line| line.to_string())),
             ("arms", array([arm(0), arm(1)].into_iter())),
             ("covered", (!b.is_uncovered()).to_string()),
         ])

@@ -224,15 +224,15 @@ pub struct Branch {
     pub states: [usize; 2],
     /// Where it is in the source, if that is known.
     pub span: Option<Span>,
-    /// The same for people: `contact.rs:14`.
-    pub place: Option<String>,
+    /// The line it begins in, where the text is known.
+    pub line: Option<usize>,
 }
 
 impl Branch {
-    /// Its name with its place.
+    /// Its name with its line.
     pub fn name(&self) -> String {
-        match &self.place {
-            Some(place) => format!("{} at {place}", self.what),
+        match self.line {
+            Some(line) => format!("{} in line {line}", self.what),
             None => self.what.clone(),
         }
     }

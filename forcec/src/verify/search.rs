@@ -24,6 +24,17 @@ const BUDGET: u64 = 20_000_000;
 /// Starts of a search.
 const STARTS: usize = 12;
 
+/// Shorter and shorter steps that are tried.
+const HALVINGS: i32 = 7;
+
+/// Which inputs a search moves.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Movable {
+    Bodies,
+    Parameters,
+    All,
+}
+
 /// What decides between two branches.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) enum Decider {
@@ -444,10 +455,11 @@ impl<'d> Search<'d> {
     }
 
     /// Which inputs may move, and by how much at a time.
-    fn weights(&self, start: &Start, parameters: bool) -> Vec<(usize, f64, Fields)> {
+    fn weights(&self, start: &Start, movable: Movable) -> Vec<(usize, f64, Fields)> {
         let signature = &self.places.signature;
         let mut weights = Vec::new();
-        for (body, argument) in signature.bodies.iter().enumerate() {
+        for (body, argument) in signature.bodies.iter().enumerate().filter(|_| movable != Movable::Parameters)
+        {
             for field in argument.kind.row().fields {
                 let (Some(at), Some(slot)) =
                     (self.places.field(body, field.role), signature.body_slot(body as u16, field.role))
@@ -464,7 +476,9 @@ impl<'d> Search<'d> {
             }
         }
         let count = signature.parameters.len() - if self.constraint { 2 } else { 0 };
-        for (p, parameter) in signature.parameters.iter().take(count).enumerate().filter(|_| parameters) {
+        for (p, parameter) in
+            signature.parameters.iter().take(count).enumerate().filter(|_| movable != Movable::Bodies)
+        {
             let at = self.places.parameter(p);
             let length = parameter.ty.length() as usize;
             let size = start.values[at..at + length].iter().map(|x| x.abs()).fold(0.0, f64::max);
@@ -482,12 +496,12 @@ impl<'d> Search<'d> {
     }
 
     /// How the inputs move to change a difference by one, and how much it changes over their weights.
-    fn way(&self, part: &Part<'d>, start: &Start, wish: &Wish, parameters: bool) -> Option<(Vec<f64>, f64)> {
+    fn way(&self, part: &Part<'d>, start: &Start, wish: &Wish, movable: Movable) -> Option<(Vec<f64>, f64)> {
         let gap = part.gap(&start.values, wish)?;
         let mut way = vec![0.0; start.values.len()];
         let mut size = 0.0;
         let mut moved = start.values.clone();
-        for (at, weight, bit) in self.weights(start, parameters) {
+        for (at, weight, bit) in self.weights(start, movable) {
             if part.depends & bit == 0 || !self.spend(part.nodes) {
                 continue;
             }
@@ -529,6 +543,7 @@ impl<'d> Search<'d> {
     /// A state at which a decider is met and comes out so, or at which everything is regular, from a start.
     fn reach(&self, start: &Start, target: Option<(Decider, bool)>, random: &mut Random) -> Option<Start> {
         let mut here = start.clone();
+        let mut stuck = 0;
         for number in 0..STEPS {
             if !self.spend(2 * self.graph.len()) {
                 return None;
@@ -547,8 +562,9 @@ impl<'d> Search<'d> {
             let list = if unmet.is_empty() || (blind && !outside.is_empty()) { &outside } else { &unmet };
             let Some(wish) = list.get(number % list.len().max(1)) else { return Some(here) };
             let part = self.part(wish);
-            let way = self.way(&part, &here, wish, number % 3 == 2);
-            let way = way.or_else(|| self.way(&part, &here, wish, true));
+            let movable = [Movable::Bodies, Movable::Parameters, Movable::All][number % 3];
+            let way =
+                self.way(&part, &here, wish, movable).or_else(|| self.way(&part, &here, wish, Movable::All));
             let Some(((way, size), gap)) = way.zip(part.gap(&here.values, wish)) else {
                 self.kick(&mut here, random);
                 continue;
@@ -560,17 +576,19 @@ impl<'d> Search<'d> {
                 Want::Zero => 0.0,
                 Want::Apart => 1e-3 * size,
             };
-            let mut by = aim - gap;
-            let mut next = self.moved(&here.values, &way, by);
-            for _ in 0..6 {
-                match part.gap(&next, wish) {
-                    Some(after) if (after - aim).abs() < (gap - aim).abs() => break,
-                    _ => {}
+            let nearer = |next: &Vec<f64>| {
+                part.gap(next, wish).is_some_and(|after| (after - aim).abs() < (gap - aim).abs())
+            };
+            let tries = (0..HALVINGS).map(|k| self.moved(&here.values, &way, (aim - gap) * 0.5f64.powi(k)));
+            match tries.into_iter().find(nearer) {
+                Some(next) => (here.values, stuck) = (next, 0),
+                // What does not bring it nearer with any inputs is left by a jump.
+                None if stuck == 2 => {
+                    self.kick(&mut here, random);
+                    stuck = 0;
                 }
-                by /= 2.0;
-                next = self.moved(&here.values, &way, by);
+                None => stuck += 1,
             }
-            here.values = next;
         }
         None
     }
@@ -578,7 +596,7 @@ impl<'d> Search<'d> {
     /// A jump where there is no slope to follow.
     fn kick(&self, start: &mut Start, random: &mut Random) {
         let size = random.decades(-2, 2);
-        for (at, weight, _) in self.weights(start, true) {
+        for (at, weight, _) in self.weights(start, Movable::All) {
             start.values[at] += weight * size * random.uniform(-1.0, 1.0);
         }
         project(self.places, &mut start.values);
@@ -637,7 +655,7 @@ impl<'d> Search<'d> {
     }
 
     /// States on both sides of where a decider turns, nearer and nearer: from a start that meets it.
-    pub(crate) fn beside(&self, decider: Decider, count: usize) -> Vec<State> {
+    fn beside(&self, decider: Decider, count: usize, turn: usize) -> Vec<State> {
         for start in self.starts.iter().rev() {
             let values = self.evaluate(&start.values);
             for side in [true, false] {
@@ -648,7 +666,7 @@ impl<'d> Search<'d> {
                 if let (true, [wish, ..]) = (met, turns.as_slice())
                     && let Some(edge) = self.edge(start, wish)
                 {
-                    return self.around(&edge, start.length, count);
+                    return self.around(&edge, start.length, count, turn);
                 }
             }
         }
@@ -661,8 +679,9 @@ impl<'d> Search<'d> {
         let mut here = start.clone();
         for number in 0..STEPS {
             let gap = part.gap(&here.values, wish)?;
-            let (way, size) =
-                self.way(&part, &here, wish, false).or_else(|| self.way(&part, &here, wish, true))?;
+            let (way, size) = self
+                .way(&part, &here, wish, Movable::Bodies)
+                .or_else(|| self.way(&part, &here, wish, Movable::All))?;
             if gap.abs() <= 1e-14 * size || number + 1 == STEPS {
                 return (gap.abs() <= 1e-6 * size).then_some(Edge { values: here.values, way, size });
             }
@@ -676,9 +695,9 @@ impl<'d> Search<'d> {
     }
 
     /// States beside an edge, in turn on either side, at 1e-3 to 1e-12 of the scale.
-    fn around(&self, edge: &Edge, length: f64, count: usize) -> Vec<State> {
+    fn around(&self, edge: &Edge, length: f64, count: usize, turn: usize) -> Vec<State> {
         let states = (0..count).map(|number| {
-            let away = 0.1f64.powi(3 + (number / 2 * 4 % 10) as i32);
+            let away = [1e-3, 1e-7, 1e-11, 1e-5, 1e-9, 1e-12][(number / 2 + turn) % 6];
             let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
             let values = self.moved(&edge.values, &edge.way, sign * away * edge.size);
             State { values, scale: length * away }
@@ -693,8 +712,8 @@ impl<'d> Search<'d> {
         if let Some(each) = left.checked_div(deciders.len()) {
             // Both sides of each, or of as many as there are states for.
             let stride = (2 * deciders.len()).div_ceil(left.max(2));
-            for decider in deciders.iter().step_by(stride) {
-                states.extend(self.beside(*decider, (each & !1).clamp(2, 6)));
+            for (turn, decider) in deciders.iter().step_by(stride).enumerate() {
+                states.extend(self.beside(*decider, (each & !1).clamp(2, 6), turn));
             }
         }
         states
@@ -727,7 +746,7 @@ impl<'d> Search<'d> {
                     _ => ("if".to_owned(), ["then", "else"], chosen.get(&node).copied()),
                 },
             };
-            Branch { what, arms, states, span: node.and_then(|node| spans.get(&node).copied()), place: None }
+            Branch { what, arms, states, span: node.and_then(|node| spans.get(&node).copied()), line: None }
         };
         self.deciders().into_iter().map(branch).collect()
     }
@@ -743,9 +762,9 @@ impl<'d> Search<'d> {
             });
             for (number, (index, _)) in zeros.take(most).enumerate() {
                 let wish = Wish { x: Term::Real(index), y: Term::Number(0.0), want: Want::Zero };
-                let start = &self.starts[number % self.starts.len()];
+                let start = &self.starts[number % (STARTS - 4)];
                 if let Some(edge) = self.edge(start, &wish) {
-                    states.extend(self.around(&edge, start.length, 2));
+                    states.extend(self.around(&edge, start.length, 2, number));
                 }
                 if states.len() >= most || !self.spend(0) {
                     return states;
