@@ -126,6 +126,14 @@ pub static IDENTITIES: &[Identity] = &[
         Node::Call(Function::Exp, inner) if f == Function::Ln => Some(inner[0]),
         _ => None,
     }),
+    identity!("softplus", "x.exp().ln_1p() + (1.0 + y.exp()).ln()" => "x.softplus() + y.softplus()", |g, f, x| {
+        let u = match f {
+            Function::Ln1p => g.exponent(x[0]),
+            Function::Ln => g.one_and_exponential(x[0]).and_then(|(a, b, u)| (a && b).then_some(u)),
+            _ => None,
+        }?;
+        Some(g.call(Function::Softplus, &[u]))
+    }),
     identity!("whole power", "x.powf(3.0)" => "x.powi(3)", |g, f, x| {
         let n = g.value(*x.get(1)?).filter(|_| f == Function::Powf)?.to_i64()?;
         let n = i32::try_from(n).ok().filter(|n| n.abs() <= 64)?;

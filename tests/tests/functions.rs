@@ -9,8 +9,9 @@ use forcec::scalar::{Graph, Program};
 use forcec::schedule::{Style, schedule};
 use forcec::special;
 use forcec::targets;
-use forcec::verify::probe;
-use forcec_tests::{Random, driver, folder, pipe, run};
+use forcec::verify::Subject;
+use forcec::verify::probe::{self, Probe};
+use forcec_tests::{Random, compiled, driver, folder, pipe, run};
 use std::collections::{BTreeMap, BTreeSet};
 
 const POINTS: [f64; 25] = [
@@ -304,5 +305,93 @@ fn c_and_rust_spell_the_same_function() {
     assert_eq!(at, in_c.len());
     for ((precision, function), (c, rust)) in worst {
         eprintln!("{precision} {:18} {c:5.2} ε in C, {rust:5.2} ε in Rust", format!("{function:?}"));
+    }
+}
+
+/// A kernel of text against what the source is worth in 320 bits: the force and ∂F/∂X of a particle, off by at most so many
+/// ε of the largest entry.
+fn compare(name: &str, body: &str, inputs: &[[f64; 3]], allowed: f64) {
+    let text = format!("#[energy]\npub fn e(p: Particle) -> Real {{\n    {body}\n}}\n");
+    let compiled = compiled(name, &text);
+    let function = &compiled.functions[0];
+    let subject = Subject { source: &function.source, program: &function.program };
+    let probe = Probe::new(&subject);
+    let mut worst = 0.0f64;
+    for position in inputs {
+        let mut inputs = vec![0.0; 6];
+        inputs[..3].copy_from_slice(position);
+        // The program that checks compare with the source elsewhere: differences leave noise where values are tiny.
+        let truth = probe.program(&inputs);
+        let computed = function.kernel.schedule.evaluate::<f64>(&|slot| probe.input(&inputs, slot));
+        let computed = computed.expect("every output is written");
+        let mut expected = truth.as_slice();
+        for part in [Part::Force, Part::Dfdx] {
+            let entries = computed.part(part);
+            let (here, rest) = expected.split_at(entries.len());
+            expected = rest;
+            let largest = here.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            for (x, y) in entries.iter().zip(here) {
+                let off = (x - y).abs() / (largest.max(f64::MIN_POSITIVE) * f64::EPSILON);
+                assert!(off <= allowed, "{name} at {position:?}: {part:?} is {x:e}, not {y:e}");
+                worst = worst.max(off);
+            }
+        }
+    }
+    eprintln!("{name:60} {worst:.2} ε");
+}
+
+/// What overflows on the way to a finite value, as authors write it, with the derivatives of it.
+#[test]
+fn nothing_overflows_on_the_way() {
+    let along = |x: f64| [x, 0.3, -0.2];
+    let points: Vec<[f64; 3]> =
+        [-1e5, -900.0, -300.0, -30.0, -1.1, -0.4, 0.6, 2.0, 40.0, 500.0, 800.0, 1e5].map(along).into();
+    for body in [
+        "1.0 / (1.0 + x.exp())",
+        "1.0 / (1.0 + (-x).exp()).powi(2)",
+        "x.exp() / (1.0 + x.exp())",
+        "{ let e = (2.0 * x).exp(); let d = 1.0 + e; e / d }",
+        "(-x).exp() / (1.0 + (-x).exp()).powi(2)",
+        "{ let s = 1.0 / (1.0 + (-x).exp()); s * (1.0 - s) }",
+        "(1.0 + x.exp()).ln() / 3.0",
+        "(3.0 * x).exp().ln_1p()",
+        "(x.exp() - (-x).exp()) / (x.exp() + (-x).exp())",
+        "((2.0 * x).exp() - 1.0) / ((2.0 * x).exp() + 1.0)",
+        "(1.0 - x.exp()) / (1.0 + x.exp())",
+        "1.0 / (x.exp() + (-x).exp())",
+        "x.cosh().recip()",
+        "x.sinh().recip()",
+        "x.cosh() / x.sinh()",
+        "x.tanh().powi(3)",
+        "x / (x.exp() - 1.0)",
+        "x / x.exp_m1()",
+        "x.exp() / (x.exp() - 1.0).powi(2)",
+        "x.ln_cosh() + x.softplus() + x.logistic()",
+    ] {
+        compare(body, &format!("let x = p.position.x;\n    {body}"), &points, 512.0);
+    }
+}
+
+/// What is made of the table's functions keeps its digits as they do.
+#[test]
+fn composed_functions_keep_their_digits() {
+    let mut points = Vec::new();
+    for exponent in -9..3 {
+        for mantissa in [1.0, 2.3, -7.7] {
+            points.push([mantissa * 10f64.powi(exponent), 0.0, 0.0]);
+        }
+    }
+    compare("versine", "p.position.x.versine()", &points, 16.0);
+    // The angle from a fixed direction, squared: near zero, at a right angle, and near π.
+    let mut points = Vec::new();
+    for small in [0.0, 1e-160, 1e-30, 1e-9, 1e-3, 0.3] {
+        points.push([1.0, small, -0.4 * small]);
+        points.push([small, 0.7, 0.4]);
+        if small > 1e-12 {
+            points.push([-1.0, small, 0.1 * small]);
+        }
+    }
+    for angle in ["angle", "angle_between"] {
+        compare(angle, &format!("p.position.{angle}(&Vec3::x()).powi(2)"), &points, 64.0);
     }
 }

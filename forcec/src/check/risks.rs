@@ -250,7 +250,8 @@ fn call(
     };
     let help = match function {
         Function::Acos | Function::Asin => {
-            "keep it inside, as in `x.clamp(-0.999, 0.999)`, or take the angle by `atan2`".to_owned()
+            "keep it inside, as in `x.clamp(-0.999, 0.999)`, or take the angle of two vectors, `u.angle(&v)`"
+                .to_owned()
         }
         Function::Atanh(_) => "keep it inside, as in `x.clamp(-0.999, 0.999)`".to_owned(),
         Function::Acosh(_) => "keep it above 1, as in `x.max(1.0 + 1e-9)`".to_owned(),

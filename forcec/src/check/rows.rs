@@ -215,19 +215,13 @@ fn norm(g: &mut Graph, v: &Value) -> Real {
     }
 }
 
-/// The angle of u and v, atan2(|u×v|, u·v). Where it is acute it is written |u×v| A(|u×v|², u·v), so that its square, and
-/// what it has in common with its derivative, is smooth where the two are parallel.
+/// atan2(|u×v|, u·v)
 fn angle_between(e: &mut Elaborator<'_>, x: &[Value], span: Span) -> Value {
     let g = &mut e.graph;
     let (u, v) = (x[0].vector(), x[1].vector());
     let cross = g.cross(u, v);
-    let (sine, square, cosine) = (g.norm(cross), g.dot(cross, cross), g.dot(u, v));
-    let ratio = g.call(Function::AngleRatio(0), &[square, cosine]);
-    let acute = g.mul(sine, ratio);
-    let obtuse = g.call(Function::Atan2, &[sine, cosine]);
-    let zero = g.zero();
-    let is_acute = g.less(zero, cosine);
-    let angle = g.select(is_acute, acute, obtuse);
+    let (sine, cosine) = (g.norm(cross), g.dot(u, v));
+    let angle = g.call(Function::Atan2, &[sine, cosine]);
     e.risk(RiskKind::Parallel, sine, span);
     Value::Real(angle)
 }

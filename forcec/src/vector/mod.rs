@@ -9,6 +9,7 @@
 
 mod balance;
 mod combinations;
+mod joins;
 mod lets;
 mod points;
 mod reals;

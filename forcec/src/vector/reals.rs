@@ -80,6 +80,7 @@ impl Graph {
             }
         }
         let flat = self.open_offsets(collect(flat), &mut constant);
+        let flat = self.pair_exponentials(&mut constant, flat);
         let flat = self.balance_products(flat);
         let flat = self.pin_components(flat);
         match (constant.is_zero(), flat.as_slice()) {
@@ -161,7 +162,9 @@ impl Graph {
             return self.zero();
         }
         self.join_bases(&mut powers, &mut coefficient);
+        coefficient = &coefficient * &self.join_exponentials(&mut powers);
         self.join_hyperbolic(&mut powers);
+        self.join_angles(&mut powers);
         let roots: Vec<Real> = powers.iter().filter(|(_, e)| e.abs() >= 2).map(|(f, _)| *f).collect();
         for root in roots {
             let radicand = match *self.rooted(root, powers[&root]) {
@@ -231,18 +234,19 @@ impl Graph {
         }
     }
 
-    /// sinh x / cosh x = tanh x: what derivatives of tanh are made of must not be ∞ · 0 where x is large.
+    /// sinh x / cosh x = tanh x: what derivatives of tanh and of 1/sinh are made of must not be ∞ · 0 where x is large.
     pub(super) fn join_hyperbolic(&mut self, powers: &mut BTreeMap<Real, i64>) {
         let sines: Vec<(Real, i64)> = powers
             .iter()
-            .filter(|(f, e)| **e > 0 && matches!(self.at(**f), Node::Call(Function::Sinh, _)))
+            .filter(|(f, _)| matches!(self.at(**f), Node::Call(Function::Sinh, _)))
             .map(|(f, e)| (*f, *e))
             .collect();
         for (sine, count) in sines {
             let Node::Call(_, arguments) = self.at(sine).clone() else { continue };
             let cosine = self.real(Node::Call(Function::Cosh, arguments.clone()));
-            let below = powers.get(&cosine).map_or(0, |e| (-e).max(0));
-            let joined = count.min(below);
+            let other = powers.get(&cosine).copied().unwrap_or(0);
+            let joined = if (count > 0) == (other > 0) { 0 } else { count.abs().min(other.abs()) };
+            let joined = joined * count.signum();
             if joined == 0 {
                 continue;
             }
