@@ -166,9 +166,43 @@ impl Builder<'_> {
         self.fit(value, if self.single { room.in_loop() } else { room })
     }
 
+    /// A fused multiplication with so long names that rustfmt breaks it, on a line of its own.
+    fn apart(&mut self, value: Expression) -> Expression {
+        /// rustfmt's `fn_call_width`, which counts the commas.
+        const CALL: usize = 60 - 4;
+        let call = match &value {
+            Expression::Negative(x) => x,
+            value => value,
+        };
+        let wide = matches!(call, Expression::Fused(_)) && self.size(call).written > FUSED + CALL;
+        match value {
+            Expression::Negative(x) if wide => Expression::Negative(Box::new(self.part(*x))),
+            value if wide => self.part(value),
+            value => value,
+        }
+    }
+
+    /// The same for every operand.
+    fn operands_apart(&mut self, value: Expression) -> Expression {
+        let mut all = |list: Vec<Expression>| list.into_iter().map(|x| self.apart(x)).collect::<Vec<_>>();
+        match value {
+            Expression::Sum(terms) => {
+                let (signs, terms): (Vec<bool>, Vec<Expression>) = terms.into_iter().unzip();
+                Expression::Sum(signs.into_iter().zip(all(terms)).collect())
+            }
+            Expression::Quotient(over, under) => Expression::Quotient(all(over), all(under)),
+            Expression::Call(function, arguments) => Expression::Call(function, all(arguments)),
+            Expression::Select(parts) => Expression::Select(Box::new(parts.map(|x| self.apart(x)))),
+            Expression::Compare(comparison, pair) => {
+                Expression::Compare(comparison, Box::new(pair.map(|x| self.apart(x))))
+            }
+            value => value,
+        }
+    }
+
     /// The tree, with what has no room in it on lines of its own.
     fn fit(&mut self, value: Expression, room: Room) -> Expression {
-        match value {
+        match self.operands_apart(value) {
             Expression::Call(function, arguments) => self.fit_call(function, arguments, room),
             // A fused multiplication is a call as well, and no wider than one.
             Expression::Fused(parts) => {
@@ -198,7 +232,16 @@ impl Builder<'_> {
                 let under_room = room.less(self.size(&rest));
                 let under = self.condense(unsigned(under), under_room, &join);
                 let Expression::Quotient(over, _) = rest else { unreachable!("just made") };
-                Expression::Quotient(over, under.into_iter().map(|(_, x)| x).collect())
+                let value = Expression::Quotient(over, under.into_iter().map(|(_, x)| x).collect());
+                let wide = self.size(&value).written > room.written;
+                match value {
+                    // Long names alone: what is divided gets a line of its own.
+                    Expression::Quotient(over, under) if wide && over.len() > 1 && !under.is_empty() => {
+                        let over = self.part(Expression::Quotient(over, vec![]));
+                        Expression::Quotient(vec![over], under)
+                    }
+                    value => value,
+                }
             }
             Expression::Negative(x) => Expression::Negative(Box::new(self.fit(*x, room))),
             Expression::Not(x) => Expression::Not(Box::new(self.fit(*x, room))),
