@@ -239,6 +239,10 @@ fn lexical_error(text: &str, error: &LexError) -> Diagnostic {
         }
         Some('"') => diagnostic("the quotation mark is never closed".to_owned(), "text begins here"),
         Some('\'') => diagnostic("a stray quotation mark".to_owned(), "neither a character nor a lifetime"),
+        Some('/') if rest.starts_with("//") || rest.contains("*/") => {
+            diagnostic("a carriage return without a line feed".to_owned(), "a doc comment that has one")
+                .help("end lines with a line feed, or with both")
+        }
         Some('/') => diagnostic("the comment is never closed".to_owned(), "`/*` without `*/`"),
         Some(digit) if digit.is_ascii_digit() => {
             diagnostic("a number that is malformed".to_owned(), "not a Rust literal")

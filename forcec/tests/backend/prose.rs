@@ -23,7 +23,7 @@ fn printed(stem: &str, text: &str, target: Target) -> String {
 
 #[test]
 fn comments_hold_what_can_be_seen() {
-    let text = "//! A\u{202e} file\r of odd\u{7} letters.\n\n#[doc = \"One\\rtwo \u{2066}three\u{2069}.\"]\n#[energy]\n\
+    let text = "//! A\u{202e} file of odd\u{7} letters.\n\n#[doc = \"One\\rtwo \u{2066}three\u{2069}.\"]\n#[energy]\n\
                 pub fn f(a: Particle) -> Real { a.position.z }\n";
     for target in Target::ALL {
         let printed = printed("odd\u{202e}\r", text, target);
@@ -33,11 +33,7 @@ fn comments_hold_what_can_be_seen() {
         let odd: Vec<char> = printed.chars().filter(odd).collect();
         // The name of a header is none of these: `forcec build` refuses the file.
         assert!(target == Target::C || odd.is_empty(), "{odd:?} in {printed}");
-        assert!(
-            printed.contains("A(U+202E) file  of odd  letters.")
-                || printed.contains("A(U+202E) file of odd letters."),
-            "{printed}"
-        );
+        assert!(printed.contains("A(U+202E) file of odd  letters."), "{printed}");
         assert!(printed.contains("One two (U+2066)three(U+2069)."), "{printed}");
     }
 }
