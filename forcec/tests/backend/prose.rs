@@ -38,6 +38,17 @@ fn comments_hold_what_can_be_seen() {
     }
 }
 
+/// A lone carriage return in a comment is an error of Rust too, and named.
+#[test]
+fn lone_carriage_returns_are_named() {
+    for text in ["//! One\rtwo\n", "/// One\rtwo\n", "/** One\rtwo */\n"] {
+        let text = format!("{text}#[energy]\npub fn f(a: Particle) -> Real {{ a.position.z }}\n");
+        let errors = compile(&Source::new("f.rs", text), &|_| true, Request::default()).err();
+        let errors = errors.expect("rustc refuses it too").to_string();
+        assert!(errors.contains("carriage return"), "{errors}");
+    }
+}
+
 /// Nothing in the comments of a kernel is a program to rustdoc, and what is computed stands in a block of its own.
 #[test]
 fn comments_are_no_programs() {
