@@ -7,14 +7,12 @@ use crate::compile::Request;
 use crate::diagnostic::Diagnostics;
 use crate::exact::Exact;
 pub use crate::files::BuildError;
-use crate::files::{self, Output, Unit};
-use crate::identifiers::is_module;
+use crate::files::{self, Unit};
 use crate::kernel::{Precision, Target};
 use crate::layouts::{LANES, Layout};
 use crate::outputs::Part;
 #[cfg(feature = "scenes")]
 use crate::scene::{self, Listener};
-use crate::targets::MADE;
 use crate::{Effort, Mode};
 use std::path::{Path, PathBuf};
 
@@ -191,7 +189,7 @@ impl Build {
         let scene = self.scene.as_deref();
         let mut outputs = files::outputs(&units, &out, &targets, &precisions, scene).map_err(failed)?;
         if targets.contains(&Target::Rust) {
-            let list = [modules(&out, &outputs)?];
+            let list = [files::modules(&out, &outputs)?];
             let inputs = units.iter().map(|unit| unit.path.as_path()).chain(scene);
             files::spare_inputs(inputs, &list).map_err(failed)?;
             outputs.extend(list);
@@ -266,24 +264,6 @@ struct Kernels {
     sources: Vec<PathBuf>,
 }
 
-/// `mod.rs`, which names the Rust files beside it; an error for each that Rust has no module for.
-fn modules(folder: &Path, outputs: &[Output]) -> Result<Output, BuildError> {
-    let mut text = format!("// {MADE}the files beside it; the code is yours.\n");
-    let mut errors = Vec::new();
-    for path in
-        outputs.iter().map(|output| &output.path).filter(|path| path.extension() == Some("rs".as_ref()))
-    {
-        let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        if is_module(&stem) {
-            text.push_str(&format!("pub mod {stem};\n"));
-        } else {
-            errors
-                .push(format!("error: `{stem}` is not a valid module name\n  = help: rename the force file"));
-        }
-    }
-    if errors.is_empty() { Ok(Output { path: folder.join("mod.rs"), text }) } else { Err(errors.into()) }
-}
-
 /// Each message on a line, as cargo wants it.
 fn lines(diagnostics: &Diagnostics) -> Vec<String> {
     let source = &diagnostics.source;
@@ -293,7 +273,8 @@ fn lines(diagnostics: &Diagnostics) -> Vec<String> {
             format!(":{line}:{column}")
         });
         let help = diagnostic.help.as_ref().map_or_else(String::new, |help| format!(" (help: {help})"));
-        format!("{}{place}: {}: {}{help}", source.name, diagnostic.message, diagnostic.label)
+        let lint = diagnostic.lint.map_or_else(String::new, |lint| format!(" [{}]", lint.name()));
+        format!("{}{place}: {}{lint}: {}{help}", source.name, diagnostic.message, diagnostic.label)
     };
     diagnostics.list.iter().map(line).collect()
 }

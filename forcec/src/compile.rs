@@ -85,7 +85,7 @@ pub fn compile_file(
         true => request.of(own.choices()).known,
         false => Specialization::default(),
     };
-    let checked = check::check_knowing(file, &known)?;
+    let checked = check::check_knowing(file, &known, wanted)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
     let definitions: Vec<(Definition, Request)> = definitions

@@ -1,7 +1,7 @@
 //! What the front end hands on: one checked force function as values of a vector graph.
 
 use crate::bodies::BodyKind;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Lint};
 use crate::exact::Exact;
 use crate::outputs::Part;
 use crate::span::Span;
@@ -23,6 +23,8 @@ pub struct Definition {
     pub law: Law,
     /// Numbers in its source that floats do not hold, where they stand.
     pub extremes: Vec<(Exact, Span)>,
+    /// The warnings that its attributes answer.
+    pub allowed: Vec<Lint>,
     /// Where its value or a derivative may not exist; none in a graph that simplifies nothing.
     pub singular: Vec<Singular>,
     /// The nodes at which the function branches, choices and `abs`, `min`, `max`, `signum`, and where they stand, in the
@@ -39,6 +41,8 @@ pub struct Singular {
     pub ends: Vec<f64>,
     /// What there is to say about it.
     pub warning: Diagnostic,
+    /// Whether an attribute says that it is known.
+    pub allowed: bool,
 }
 
 impl Definition {

@@ -15,6 +15,64 @@ pub enum Severity {
     Warning,
 }
 
+/// The kinds of warnings.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Lint {
+    /// A value, or a derivative, may not exist.
+    Singular,
+    /// Nothing reads a name, or uses a value.
+    Unused,
+    /// A parameter is set to a value outside of its domain.
+    OutsideDomain,
+    /// A constraint leaves its first-order expansion near where it is satisfied.
+    Nonlinear,
+    /// Velocities let a force bring in energy.
+    EnergyGain,
+    /// Damping shortens the largest stable step.
+    DampedStep,
+    /// A Gauss–Newton stiffness shortens the largest stable step.
+    GaussNewton,
+    /// An attribute allows warnings and does not say why.
+    MissingReason,
+}
+
+impl Lint {
+    /// Those that `#[allow(…, reason = "…")]` answers.
+    pub const ALLOWED: [Lint; 7] = [
+        Lint::Singular,
+        Lint::Unused,
+        Lint::OutsideDomain,
+        Lint::Nonlinear,
+        Lint::EnergyGain,
+        Lint::DampedStep,
+        Lint::GaussNewton,
+    ];
+
+    /// Its name in messages and attributes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Lint::Singular => "singular",
+            Lint::Unused => "unused",
+            Lint::OutsideDomain => "outside_domain",
+            Lint::Nonlinear => "nonlinear",
+            Lint::EnergyGain => "energy_gain",
+            Lint::DampedStep => "damped_step",
+            Lint::GaussNewton => "gauss_newton",
+            Lint::MissingReason => "missing_reason",
+        }
+    }
+
+    /// The lint of this name that can be allowed.
+    pub fn named(name: &str) -> Option<Lint> {
+        Lint::ALLOWED.into_iter().find(|lint| lint.name() == name)
+    }
+
+    /// Whether rustc has a lint of this name too.
+    pub fn is_shared(self) -> bool {
+        self == Lint::Unused
+    }
+}
+
 /// One message at one place.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Diagnostic {
@@ -28,6 +86,10 @@ pub struct Diagnostic {
     pub label: String,
     /// What to write instead.
     pub help: Option<String>,
+    /// What kind of warning it is.
+    pub lint: Option<Lint>,
+    /// How many times it was met: in the passes of a loop, by the callers of a helper.
+    pub times: usize,
 }
 
 impl Diagnostic {
@@ -39,6 +101,8 @@ impl Diagnostic {
             span: Some(span),
             label: label.into(),
             help: None,
+            lint: None,
+            times: 1,
         }
     }
 
@@ -55,6 +119,8 @@ impl Diagnostic {
             span: None,
             label: String::new(),
             help: None,
+            lint: None,
+            times: 1,
         }
     }
 
@@ -62,6 +128,20 @@ impl Diagnostic {
     pub fn help(mut self, help: impl Into<String>) -> Diagnostic {
         self.help = Some(help.into());
         self
+    }
+
+    /// The same warning as one of a kind.
+    pub fn lint(mut self, lint: Lint) -> Diagnostic {
+        self.lint = Some(lint);
+        self
+    }
+
+    /// What is true at its place, and how often it was met.
+    fn whole_label(&self) -> String {
+        match self.times {
+            1 => self.label.clone(),
+            times => format!("{} ({times} times)", self.label),
+        }
     }
 }
 
@@ -75,10 +155,17 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// The messages sorted by place, each once.
+    /// The messages sorted by place, each once; of a warning how many times it was met is told.
     pub fn new(source: Source, mut list: Vec<Diagnostic>) -> Diagnostics {
-        list.sort_by_key(|d| (d.span.map(|s| (s.start, s.end)), d.severity, d.message.clone()));
-        list.dedup();
+        let key = |d: &Diagnostic| (d.span.map(|s| (s.start, s.end)), d.severity, d.message.clone());
+        list.sort_by_cached_key(|d| (key(d), d.label.clone(), d.help.clone()));
+        list.dedup_by(|next, kept| {
+            let same = key(next) == key(kept) && (&next.label, &next.help) == (&kept.label, &kept.help);
+            if same && kept.severity == Severity::Warning {
+                kept.times += next.times;
+            }
+            same
+        });
         Diagnostics { source, list }
     }
 
@@ -100,11 +187,15 @@ impl Diagnostics {
             Severity::Warning => Level::WARNING,
         };
         let title = level.primary_title(diagnostic.message.as_str());
+        let title = match diagnostic.lint {
+            Some(lint) => title.id(lint.name()),
+            None => title,
+        };
         let mut group = match diagnostic.span {
             Some(span) => {
                 let length = self.source.text.len();
                 let range = (span.start as usize).min(length)..(span.end as usize).min(length);
-                let annotation = AnnotationKind::Primary.span(range).label(diagnostic.label.as_str());
+                let annotation = AnnotationKind::Primary.span(range).label(diagnostic.whole_label());
                 let snippet = Snippet::source(self.source.text.as_str())
                     .path(self.source.name.as_str())
                     .annotation(annotation);

@@ -5,10 +5,10 @@
 
 use crate::compile::{self, Compiled, Request};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::identifiers::defined_for;
+use crate::identifiers::{defined_for, is_module};
 use crate::kernel::{File, Kernel, Precision, Target};
 use crate::layouts::Layout;
-use crate::span::Source;
+use crate::span::{Source, shown};
 use crate::specialize::Specialization;
 use crate::{syntax, targets};
 use std::collections::{BTreeMap, BTreeSet};
@@ -127,7 +127,7 @@ pub(crate) fn read_all(named: &[PathBuf]) -> Found {
     for path in paths {
         match read(&path) {
             Ok(text) if syntax::mentions_forces(&text) => {
-                let name = path.to_string_lossy().replace('\\', "/");
+                let name = shown(Path::new(&path.to_string_lossy().replace('\\', "/")));
                 sources.push((path, Source::new(name, text)));
             }
             Ok(_) => {}
@@ -135,7 +135,7 @@ pub(crate) fn read_all(named: &[PathBuf]) -> Found {
         }
     }
     if sources.is_empty() && errors.is_empty() {
-        let paths: Vec<String> = named.iter().map(|p| format!("`{}`", p.display())).collect();
+        let paths: Vec<String> = named.iter().map(|p| format!("`{}`", shown(p))).collect();
         errors.push(format!(
             "error: no force function in {}\n  = help: mark one with `#[constraint]`, `#[energy]` or `#[force]`",
             paths.join(", ")
@@ -227,7 +227,7 @@ fn includable(unit: &Unit, stem: &str) -> Result<(), String> {
     } else {
         return Ok(());
     };
-    Err(format!("error: {why}\n --> {}\n  = help: rename the force file", unit.path.display()))
+    Err(format!("error: {why}\n --> {}\n  = help: rename the force file", shown(&unit.path)))
 }
 
 /// The message about a file that would be written twice.
@@ -237,7 +237,7 @@ fn collision(unit: &Unit, output: &Path) -> String {
     } else {
         "give the files different names, or build them into different folders"
     };
-    let (unit, output) = (unit.path.display(), output.display());
+    let (unit, output) = (shown(&unit.path), shown(output));
     format!(
         "error: the kernels of `{unit}` would overwrite another file of this build, `{output}`\n  = help: {help}"
     )
@@ -272,7 +272,7 @@ fn find(path: &Path, named: bool, found: &mut Vec<PathBuf>, errors: &mut Vec<Str
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> String {
-    format!("error: cannot read `{}`: {error}", path.display())
+    format!("error: cannot read `{}`: {error}", shown(path))
 }
 
 fn read(path: &Path) -> Result<String, String> {
@@ -282,8 +282,8 @@ fn read(path: &Path) -> Result<String, String> {
         let line = error.as_bytes()[..offset].iter().filter(|b| **b == b'\n').count() + 1;
         format!(
             "error: `{}` is not UTF-8\n --> {}:{line}\n  = help: save the file as UTF-8",
-            path.display(),
-            path.display()
+            shown(path),
+            shown(path)
         )
     })
 }
@@ -333,6 +333,24 @@ pub(crate) struct Output {
     pub(crate) text: String,
 }
 
+/// `mod.rs`, which names the Rust files beside it; an error for each that Rust has no module for.
+pub(crate) fn modules(folder: &Path, outputs: &[Output]) -> Result<Output, BuildError> {
+    let mut text = format!("// {}the files beside it; the code is yours.\n", targets::MADE);
+    let mut errors = Vec::new();
+    for path in
+        outputs.iter().map(|output| &output.path).filter(|path| path.extension() == Some("rs".as_ref()))
+    {
+        let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        if is_module(&stem) {
+            text.push_str(&format!("pub mod {stem};\n"));
+        } else {
+            errors
+                .push(format!("error: `{stem}` is not a valid module name\n  = help: rename the force file"));
+        }
+    }
+    if errors.is_empty() { Ok(Output { path: folder.join("mod.rs"), text }) } else { Err(errors.into()) }
+}
+
 /// That no output is one of the inputs, whatever path leads to it.
 pub(crate) fn spare_inputs<'a>(
     inputs: impl Iterator<Item = &'a Path>,
@@ -344,8 +362,8 @@ pub(crate) fn spare_inputs<'a>(
         let (input, _) = inputs.iter().find(|(_, input)| *input == own)?;
         Some(format!(
             "error: the output `{}` is the input `{}`\n  = help: write into another folder",
-            output.path.display(),
-            input.display()
+            shown(&output.path),
+            shown(input)
         ))
     });
     all_fine(errors.collect())
@@ -404,7 +422,7 @@ pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
     for (output, place) in outputs.iter().zip(places) {
         match change(output, place) {
             Ok(Some(change)) if changes.iter().any(|other| other.place == change.place) => {
-                let path = output.path.display();
+                let path = shown(&output.path);
                 errors.push(format!("error: `{path}` is a link to another output\n  = help: remove it"));
             }
             Ok(change) => changes.extend(change),
@@ -434,7 +452,7 @@ pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
 }
 
 fn failed(path: &Path, error: std::io::Error) -> String {
-    format!("error: cannot write `{}`: {error}", path.display())
+    format!("error: cannot write `{}`: {error}", shown(path))
 }
 
 /// The most links that a path is followed through.
@@ -453,7 +471,7 @@ fn place(path: &Path) -> Result<PathBuf, String> {
             }
         }
     }
-    Err(format!("error: cannot write `{}`: its links lead nowhere", path.display()))
+    Err(format!("error: cannot write `{}`: its links lead nowhere", shown(path)))
 }
 
 /// The folder that a file is in.
@@ -508,7 +526,7 @@ fn change(output: &Output, place: PathBuf) -> Result<Option<Change<'_>>, String>
     }
     let foreign = |what: &str| {
         let help = "write into another folder, or move the file away";
-        Err(format!("error: `{}` {what}; it is left as it is\n  = help: {help}", path.display()))
+        Err(format!("error: `{}` {what}; it is left as it is\n  = help: {help}", shown(path)))
     };
     if !old.is_file() {
         return foreign("is no regular file");

@@ -2,6 +2,22 @@
 //!
 //! A span is a pair of byte offsets, small and `Copy`; `Source` turns it back into a file, a line and a column.
 
+use std::path::Path;
+
+/// A path as messages show it: what would steer a terminal, or turn the direction of text, is escaped.
+pub fn shown(path: &Path) -> String {
+    let mut text = String::new();
+    for letter in path.to_string_lossy().chars() {
+        let turns = matches!(letter, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+        if letter.is_control() || turns {
+            text.extend(letter.escape_unicode());
+        } else {
+            text.push(letter);
+        }
+    }
+    text
+}
+
 /// A half-open range of bytes of one source text.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct Span {

@@ -732,9 +732,86 @@ fn warnings_go_to_standard_error() {
         "#[constraint]\npub fn rod(p: Particle) -> Real {\n    p.position.norm() - 1.0\n}\n",
     );
     let run = place.succeeds("stats rod.rs --json");
-    assert_has(&run.err, &["warning: ", " --> rod.rs:3:5"]);
+    assert_has(&run.err, &["warning[singular]: ", " --> rod.rs:3:5"]);
     assert!(!run.out.contains("warning"));
     serde_json::from_str::<serde_json::Value>(&run.out).unwrap();
+}
+
+#[test]
+fn warnings_are_answered_or_denied() {
+    let place = Place::new("answered");
+    let rod = "#[constraint]\npub fn rod(p: Particle) -> Real {\n    p.position.norm() - 1.0\n}\n";
+    let reason = "#[allow(singular, nonlinear, damped_step, gauss_newton, reason = \"rods are long\")]\n";
+    place.write("rod.rs", rod).write("long.rs", format!("{reason}{}", rod.replace("rod", "long")));
+    place.write("scene.toml", "forces = [\"rod.rs\", \"long.rs\"]\n[[kernel]]\nfunction = \"long\"\n");
+    for line in [
+        "build rod.rs --out o --deny-warnings",
+        "check rod.rs --deny-warnings",
+        "build rod.rs --check --out o --deny-warnings",
+    ] {
+        let run = place.run(line);
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{line}");
+        assert_has(&run.err, &["warning[singular]: `norm`", " --> rod.rs:3:5"]);
+    }
+    assert!(place.files("o").is_empty());
+    for line in
+        ["build long.rs --out o", "check long.rs", "lint long.rs", "build rod.rs long.rs --only long --out o"]
+    {
+        assert_eq!(place.succeeds(&format!("{line} --deny-warnings")).err, "", "{line}");
+    }
+    assert_eq!(place.succeeds("build --scene scene.toml --deny-warnings").err, "");
+    place.write("scene.toml", "forces = \"rod.rs\"\n[[kernel]]\nfunction = \"rod\"\n");
+    assert_eq!(place.run("check --scene scene.toml --deny-warnings").code, 1);
+    place.write("bare.rs", rod.replace("#[", "#[allow(singular)]\n#["));
+    let run = place.run("check bare.rs --deny-warnings");
+    assert_has(
+        &run.err,
+        &["warning[missing_reason]: `singular` is allowed without a reason", "bare.rs:1:9", "reason ="],
+    );
+    assert_eq!(run.code, 1);
+    assert!(!run.err.contains("norm"));
+}
+
+/// `--only` warns about the function that it names, and about what that calls.
+#[test]
+fn only_warns_of_what_it_names() {
+    let place = Place::new("only");
+    let text = "fn used(x: Real) -> Real {\n    1.0 / x\n}\nfn idle(x: Real, y: Real) -> Real {\n    1.0 / x\n}\n\
+                #[energy]\npub fn one(p: Particle, k: Real) -> Real {\n    used(p.position.x)\n}\n\
+                #[energy]\npub fn two(p: Particle) -> Real {\n    idle(p.position.x, 1.0)\n}\n";
+    place.write("f.rs", text);
+    let lines = |line: &str| -> Vec<String> {
+        let err = place.succeeds(line).err;
+        err.lines().filter_map(|line| line.trim_start().strip_prefix("--> ")).map(str::to_owned).collect()
+    };
+    assert_eq!(lines("check f.rs --only one"), ["f.rs:2:5", "f.rs:8:25"]);
+    assert_eq!(lines("check f.rs --only two"), ["f.rs:4:18", "f.rs:5:5"]);
+    assert_eq!(lines("check f.rs").len(), 4);
+}
+
+#[test]
+fn paths_do_not_steer_the_terminal() {
+    let place = Place::new("escapes");
+    let name = "a\u{1b}[31m\u{202e}.rs";
+    place.write(name, WRONG).write(
+        "scene.toml",
+        format!("forces = \"{}\"\n[[kernel]]\nfunction = \"wrong\"\n", "\\u001b[31m.rs"),
+    );
+    for line in [
+        format!("build {name} --out o"),
+        format!("build gone{name} --out o"),
+        "build --scene scene.toml".to_owned(),
+        "build . --out o".to_owned(),
+    ] {
+        let message = place.refused(&line);
+        assert_has(&message, &["\\u{1b}[31m"]);
+        assert!(!message.contains(['\x1b', '\u{202e}']), "{message}");
+    }
+    place.write(name, SPRING);
+    assert_has(
+        &place.run(&format!("build {name} --out o --check")).err,
+        &["o/a\\u{1b}[31m\\u{202e}.c is missing"],
+    );
 }
 
 #[test]
@@ -774,9 +851,11 @@ fn a_full_disk_is_an_error() {
     let place = Place::new("full");
     place.write("spring.rs", SPRING);
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let output = place.command("stats spring.rs").stdout(full).output().unwrap();
-    assert_eq!(output.status.code(), Some(2));
-    assert_has(&String::from_utf8_lossy(&output.stderr), &["error: cannot write to standard output: "]);
+    for line in ["stats spring.rs", "--help", "build --help", "--version", "completions bash"] {
+        let output = place.command(line).stdout(full.try_clone().unwrap()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert_has(&String::from_utf8_lossy(&output.stderr), &["error: cannot write to standard output: "]);
+    }
 }
 
 // ---- multipliers

@@ -85,7 +85,10 @@ fn build_scripts_take_scenes() {
     }
     assert_eq!((texts, warnings.len()), (3, 0), "{files:?}");
     let modules = std::fs::read_to_string(folder.join("written/mod.rs")).unwrap();
-    assert_eq!(modules, "pub mod gate;\npub mod gate_system;\npub mod gate_x4;\n");
+    assert_eq!(
+        modules,
+        "// Made by forcec from the files beside it; the code is yours.\npub mod gate;\npub mod gate_system;\npub mod gate_x4;\n"
+    );
 
     let (files, _) = build().target(forcec::Target::C).real(forcec::Precision::F32).try_run().unwrap();
     assert!(files.iter().any(|path| path.ends_with("gate_x4.c")), "{files:?}");

@@ -48,6 +48,7 @@ impl Sample {
             graph,
             law,
             extremes: vec![],
+            allowed: vec![],
             singular: vec![],
             branches: vec![],
         }

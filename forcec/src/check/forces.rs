@@ -11,7 +11,7 @@ use super::types::Type;
 use super::values::Value;
 use crate::bodies::{Body, BodyKind, Domain, FieldDomain, Parameter, ParameterType, Role, Signature, Slot};
 use crate::definition::{Definition, Generalised, Law, Row};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Lint};
 use crate::exact::Exact;
 use crate::specialize::Specialization;
 use crate::suggest;
@@ -85,7 +85,8 @@ pub(crate) fn define(
     let (name, docs) = (function.name.text.clone(), function.docs.clone());
     scales::guess(&mut graph);
     let span = function.name.span;
-    let definition = Definition { name, docs, span, graph, law, extremes, singular, branches };
+    let allowed = function.allowed.clone();
+    let definition = Definition { name, docs, span, graph, law, allowed, extremes, singular, branches };
     Outcome { definition: Some(definition), diagnostics, steps }
 }
 
@@ -383,7 +384,7 @@ fn outside(clause: &DomainClause, signature: &Signature) -> Option<Diagnostic> {
     };
     let message = format!("`{}` is set to a value outside of its domain", parameter.name);
     let warning = Diagnostic::warning(clause.span, message, format!("what is set {is} {found}"));
-    Some(warning.help("set another value, or state a wider domain"))
+    Some(warning.help("set another value, or state a wider domain").lint(Lint::OutsideDomain))
 }
 
 /// A plain number within a domain.

@@ -29,7 +29,7 @@ mod values;
 pub use builtins::reference;
 
 use crate::definition::Definition;
-use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::diagnostic::{Diagnostic, Diagnostics, Lint, Severity};
 use crate::specialize::Specialization;
 use crate::syntax::ast::{Expressions, File, Function, FunctionKind};
 use crate::syntax::{report, with_deep_stack};
@@ -49,26 +49,59 @@ pub struct Checked {
 
 /// Checks a file, or says everything that is wrong with it.
 pub fn check(file: &File) -> Result<Checked, Diagnostics> {
-    check_knowing(file, &|_| Specialization::default())
+    check_knowing(file, &|_| Specialization::default(), &|_| true)
 }
 
-/// Checks a file of whose functions something is known.
+/// Checks a file of whose functions something is known. Warnings are those about the force functions that are wanted, and
+/// about the helpers that they reach.
 pub fn check_knowing(
     file: &File,
     known: &dyn Fn(&Function) -> Specialization,
+    wanted: &dyn Fn(&str) -> bool,
 ) -> Result<Checked, Diagnostics> {
     let known: Vec<Specialization> = file.functions.iter().map(known).collect();
-    with_deep_stack(|| check_here(file, &known))
+    let all = file.functions.iter().all(|own| own.kind == FunctionKind::Helper || wanted(&own.name.text));
+    let wanted = file
+        .functions
+        .iter()
+        .map(|own| if own.kind == FunctionKind::Helper { all } else { wanted(&own.name.text) });
+    let wanted = wanted.collect();
+    with_deep_stack(|| check_here(file, &known, wanted))
 }
 
-fn check_here(file: &File, known: &[Specialization]) -> Result<Checked, Diagnostics> {
+/// Marks what the functions that are marked reach.
+fn reach(wanted: &mut [bool], calls: &[Vec<usize>]) {
+    let mut pending: Vec<usize> = (0..wanted.len()).filter(|index| wanted[*index]).collect();
+    while let Some(index) = pending.pop() {
+        for callee in &calls[index] {
+            if !std::mem::replace(&mut wanted[*callee], true) {
+                pending.push(*callee);
+            }
+        }
+    }
+}
+
+/// Whether a warning at this place is answered by an attribute of the function in which it stands, or nobody asked for it:
+/// that function is not wanted.
+fn is_answered(warning: &Diagnostic, file: &File, wanted: &[bool]) -> bool {
+    let Some(span) = warning.span else { return false };
+    // Functions stand in the order of their places, one after another.
+    let index = file.functions.partition_point(|function| function.span.end < span.end);
+    let around = file.functions.get(index).filter(|function| function.span.start <= span.start);
+    around.is_some_and(|function| {
+        !wanted[index] || warning.lint.is_some_and(|lint| function.allowed.contains(&lint))
+    })
+}
+
+fn check_here(file: &File, known: &[Specialization], mut wanted: Vec<bool>) -> Result<Checked, Diagnostics> {
     let mut diagnostics = Vec::new();
     let program = Program::new(file, &mut diagnostics);
     let names = names::resolve(&program);
     diagnostics.extend(names.diagnostics);
+    reach(&mut wanted, &names.calls);
     let program = typed(program, &mut diagnostics);
     check_helpers(&program, &names.recursive, &mut diagnostics);
-    let mut definitions = Vec::new();
+    let mut definitions: Vec<Definition> = Vec::new();
     let mut in_vain = 0;
     for (index, function) in file.functions.iter().enumerate() {
         // After so much work on functions that are wrong, the messages there are will do.
@@ -77,12 +110,25 @@ fn check_here(file: &File, known: &[Specialization]) -> Result<Checked, Diagnost
         }
         let outcome = forces::define(&program, &names.recursive, index, Graph::new, &known[index]);
         in_vain += if outcome.definition.is_none() { outcome.steps } else { 0 };
-        diagnostics.extend(outcome.diagnostics);
+        let told = |diagnostic: &Diagnostic| {
+            let allowed = diagnostic.lint.is_some_and(|lint| function.allowed.contains(&lint));
+            diagnostic.severity == Severity::Error || wanted[index] && !allowed
+        };
+        diagnostics.extend(outcome.diagnostics.into_iter().filter(told));
         definitions.extend(outcome.definition);
+    }
+    for definition in &mut definitions {
+        let allowed = definition.allowed.contains(&Lint::Singular);
+        for place in &mut definition.singular {
+            place.allowed = allowed || is_answered(&place.warning, file, &wanted);
+        }
     }
     let (errors, warnings): (Vec<Diagnostic>, Vec<Diagnostic>) =
         diagnostics.into_iter().partition(|diagnostic| diagnostic.severity == Severity::Error);
     if errors.is_empty() {
+        let mut warnings = warnings;
+        warnings.retain(|warning| !is_answered(warning, file, &wanted));
+        warnings.extend(file.unexplained());
         let warnings = Diagnostics::new(file.source.clone(), warnings).list;
         return Ok(Checked { definitions, warnings });
     }

@@ -7,7 +7,7 @@ use super::builtins;
 use super::program::{PI, Program};
 use super::scope::Scope;
 use super::types::Type;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Lint};
 use crate::span::Span;
 use crate::suggest;
 use crate::syntax::ast::{
@@ -20,6 +20,8 @@ use std::collections::BTreeMap;
 pub(crate) struct Names {
     /// Functions that reach themselves, by index; they cannot be inlined.
     pub(crate) recursive: Vec<bool>,
+    /// The functions that each calls itself.
+    pub(crate) calls: Vec<Vec<usize>>,
     pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
@@ -37,7 +39,8 @@ pub(crate) fn resolve(program: &Program<'_>) -> Names {
         calls.push(walker.calls);
     }
     let recursive = recursion(program, &calls, &mut diagnostics);
-    Names { recursive, diagnostics }
+    let calls = calls.into_iter().map(|calls| calls.into_keys().collect()).collect();
+    Names { recursive, calls, diagnostics }
 }
 
 fn constant_names(program: &Program<'_>, constant: &Constant, diagnostics: &mut Vec<Diagnostic>) {
@@ -140,7 +143,8 @@ impl<'a> Walker<'a> {
                     format!("unused {what} `{text}`"),
                     "nothing reads it",
                 )
-                .help(format!("leave it out, or call it `_{text}`")),
+                .help(format!("leave it out, or call it `_{text}`"))
+                .lint(Lint::Unused),
             );
         }
     }
@@ -188,7 +192,8 @@ impl<'a> Walker<'a> {
         if !matches!(expr.kind, ExprKind::If(..) | ExprKind::Block(_) | ExprKind::Error) {
             self.diagnostics.push(
                 Diagnostic::warning(expr.span, "a value that nothing uses", "computed and dropped")
-                    .help("leave it out, bind it by `let`, or assign it"),
+                    .help("leave it out, bind it by `let`, or assign it")
+                    .lint(Lint::Unused),
             );
         }
     }
@@ -302,9 +307,29 @@ impl<'a> Walker<'a> {
             self.variables.at(place).used = true;
             return;
         }
-        if self.program.constant(path.last()).is_none() && path.last() != PI {
+        let known = self.program.constant(path.last()).is_some() || path.last() == PI;
+        if !self.elsewhere(path) && !known {
             self.unknown(path);
         }
+    }
+
+    /// An error where a path leads out of the file: what has the same name here is something else. Out of the module that the
+    /// file may be in, `crate` and `super` lead too; where to is not known.
+    fn elsewhere(&mut self, path: &Path) -> bool {
+        let [.., place, last] = path.segments.as_slice() else { return false };
+        let first = &path.segments[0];
+        let pi = last == PI && ["consts", "prelude"].contains(&place.as_str());
+        let here =
+            ["self", "super", "crate"].contains(&first.as_str()) || self.program.modules.contains(first);
+        let known =
+            last == PI || self.program.constant(last).is_some() || self.program.function(last).is_some();
+        let out = known && !pi && !here;
+        if out {
+            let message = format!("`{last}` of `{place}` is not part of this file");
+            let error = Diagnostic::error(path.span, message, "only what stands in the file is known");
+            self.diagnostics.push(error.help(format!("for that of this file write `{last}`")));
+        }
+        out
     }
 
     fn unknown(&mut self, path: &Path) {
@@ -336,6 +361,9 @@ impl<'a> Walker<'a> {
             && (Type::named(ty).is_some() || ty.starts_with(|c: char| c.is_ascii_uppercase()))
         {
             // A function of a type: the elaborator knows them.
+            return;
+        }
+        if self.elsewhere(path) {
             return;
         }
         if let Some(index) = self.program.function(name) {

@@ -14,6 +14,8 @@ pub(crate) struct Program<'a> {
     text: &'a str,
     pub(crate) functions: &'a [Function],
     pub(crate) constants: &'a [Constant],
+    /// The modules of forces that its items stand in.
+    pub(crate) modules: &'a [String],
     function_names: BTreeMap<&'a str, usize>,
     constant_names: BTreeMap<&'a str, usize>,
     /// Argument types and result of every function; empty until they are resolved.
@@ -37,6 +39,7 @@ impl<'a> Program<'a> {
             text: &file.source.text,
             functions: &file.functions,
             constants: &file.constants,
+            modules: &file.modules,
             function_names: BTreeMap::new(),
             constant_names: BTreeMap::new(),
             signatures: Vec::new(),

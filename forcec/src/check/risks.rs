@@ -5,7 +5,7 @@
 
 use super::ranges::{Interval, Ranges};
 use crate::definition::Singular;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Lint};
 use crate::exact::Exact;
 use crate::ops::{Function, FunctionDomain};
 use crate::span::Span;
@@ -76,7 +76,7 @@ impl AtZero {
 pub(crate) fn singular(graph: &Graph, ranges: &Ranges, risks: &[Risk]) -> Vec<Singular> {
     let place = |risk: &Risk| {
         let warning = warning(graph, ranges, risk)?;
-        Some(Singular { operand: risk.operand, ends: risk.kind.ends(), warning })
+        Some(Singular { operand: risk.operand, ends: risk.kind.ends(), warning, allowed: false })
     };
     risks.iter().filter_map(place).collect()
 }
@@ -182,7 +182,7 @@ fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {
         }
         _ => return None,
     };
-    Some(Diagnostic::warning(risk.span, message, label).help(help))
+    Some(Diagnostic::warning(risk.span, message, label).help(help).lint(Lint::Singular))
 }
 
 /// The warning about a function of one argument, given where it is defined and where it is smooth; and which derivative is
@@ -212,7 +212,8 @@ fn call(
     if let Some(place) = outside {
         let message = format!("`{}` of a value that is always {place}", row.name);
         let help = "write the value that is meant";
-        return Some(Diagnostic::warning(span, message, "gives no finite number at any state").help(help));
+        let warning = Diagnostic::warning(span, message, "gives no finite number at any state");
+        return Some(warning.help(help).lint(Lint::Singular));
     }
     let leaves = |domain: FunctionDomain| match domain {
         FunctionDomain::All => None,
@@ -261,7 +262,7 @@ fn call(
         }
         _ => "keep it away with `.max(1e-9)`, or state its range with `#[domain(…)]`".to_owned(),
     };
-    Some(Diagnostic::warning(span, message, label).help(help))
+    Some(Diagnostic::warning(span, message, label).help(help).lint(Lint::Singular))
 }
 
 /// The range of the operand where its guards hold.

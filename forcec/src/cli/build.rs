@@ -4,6 +4,7 @@ use super::options::{Options, PRINTED};
 use super::{Failure, Input, Outcome, complain};
 use crate::files;
 use crate::kernel::Target;
+use crate::span::shown;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -18,6 +19,9 @@ pub(super) struct Build {
     /// Write nothing; exit 1 if a file on disk differs from what would be written
     #[arg(long)]
     check: bool,
+    /// Write nothing and exit 1 if there is a warning
+    #[arg(long)]
+    deny_warnings: bool,
 }
 
 impl Build {
@@ -25,10 +29,10 @@ impl Build {
         let printed = self.printed.request();
         let (units, scene) = match &self.input.scene {
             Some(path) => {
-                let scene = self.input.scene(path)?;
+                let scene = self.input.scene(path, self.deny_warnings)?;
                 (scene.units, Some((scene.out, scene.request)))
             }
-            None => (self.input.compile()?, None),
+            None => (self.input.compile(self.deny_warnings)?, None),
         };
         // What the command says of these goes before what the scene does.
         let (out, printed) = match (self.out, scene) {
@@ -55,7 +59,7 @@ impl Build {
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => "is missing".to_owned(),
                 Err(error) => format!("cannot be read: {error}"),
             };
-            complain(&format!("{} {state}", output.path.display()));
+            complain(&format!("{} {state}", shown(&output.path)));
             differ = true;
         }
         if differ { Err(Failure::Check) } else { Ok(()) }

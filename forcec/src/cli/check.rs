@@ -26,16 +26,19 @@ pub(super) struct Check {
     /// Pass although an arm of a branch was active at no state
     #[arg(long)]
     allow_uncovered: bool,
+    /// Exit 1 if there is a warning, before anything is compared
+    #[arg(long)]
+    deny_warnings: bool,
 }
 
 impl Check {
     pub(super) fn run(self) -> Outcome {
         let (units, scene) = match &self.input.scene {
             Some(path) => {
-                let scene = self.input.scene(path)?;
+                let scene = self.input.scene(path, self.deny_warnings)?;
                 (scene.units, scene.request)
             }
-            None => (self.input.compile()?, Request::default()),
+            None => (self.input.compile(self.deny_warnings)?, Request::default()),
         };
         let precisions = scene.with(&self.printed.0).precisions_or_double();
         let compiled = units.iter().map(|unit| &unit.compiled);

@@ -10,21 +10,24 @@ use crate::suggest;
 use std::path::{Path, PathBuf};
 
 impl Input {
-    /// Reads, checks and compiles everything asked for. Warnings are printed, errors of all files collected.
-    pub(super) fn compile(&self) -> Result<Vec<Unit>, Failure> {
+    /// Reads, checks and compiles everything asked for. Warnings are printed, and are a failure if they are denied; errors of
+    /// all files are collected.
+    pub(super) fn compile(&self, deny_warnings: bool) -> Result<Vec<Unit>, Failure> {
         if let Some(path) = &self.scene {
-            return self.scene(path).map(|scene| scene.units);
+            return self.scene(path, deny_warnings).map(|scene| scene.units);
         }
         let request = self.search.request();
         if let Some((message, help)) = request.conflict() {
             return Err(Failure::Input(format!("error: {message}\n  = help: {help}")));
         }
         let files = Files { paths: &self.paths, only: &self.only };
-        files.compile(&request, &|unit| warn(&unit.compiled.source, &unit.compiled.warnings))
+        let units = files.compile(&request, &|unit| warn(&unit.compiled.source, &unit.compiled.warnings))?;
+        let warned = units.iter().any(|unit| !unit.compiled.warnings.is_empty());
+        if warned && deny_warnings { Err(Failure::Check) } else { Ok(units) }
     }
 
     /// The kernels of a scene, which says itself how they are made.
-    pub(super) fn scene(&self, path: &Path) -> Result<Scene, Failure> {
+    pub(super) fn scene(&self, path: &Path, deny_warnings: bool) -> Result<Scene, Failure> {
         let Search { options, passes } = &self.search;
         if !options.0.is_empty() || passes.is_some() || !self.only.is_empty() {
             let message =
@@ -34,9 +37,14 @@ impl Input {
         let mut progress: Option<Progress> = None;
         let mut step =
             |name: &str, kernels: usize| progress.get_or_insert_with(|| Progress::new(kernels)).step(name);
-        let mut warn = |warnings: Diagnostics| complain(&(warnings.render(colour()) + "\n"));
+        let mut warned = false;
+        let mut warn = |warnings: Diagnostics| {
+            warned = true;
+            complain(&(warnings.render(colour()) + "\n"));
+        };
         let scene = scene::compile(path, &mut Listener { step: &mut step, warn: &mut warn });
-        scene.map_err(|wrong| Failure::Input(wrong.render(colour())))
+        let scene = scene.map_err(|wrong| Failure::Input(wrong.render(colour())))?;
+        if warned && deny_warnings { Err(Failure::Check) } else { Ok(scene) }
     }
 }
 

@@ -128,10 +128,15 @@ pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
-            let code = if error.use_stderr() { 2 } else { 0 };
-            // A closed pipe is no reason to complain about.
-            let _ = error.print();
-            return ExitCode::from(code);
+            let printed = error.print().and_then(|()| std::io::stdout().flush());
+            return match (error.use_stderr(), unless_closed(printed)) {
+                (false, Ok(())) => ExitCode::SUCCESS,
+                (false, Err(Failure::Input(message))) => {
+                    complain(&message);
+                    ExitCode::from(2)
+                }
+                _ => ExitCode::from(2),
+            };
         }
     };
     let outcome = match arguments.command {
@@ -159,7 +164,12 @@ pub fn main() -> ExitCode {
 /// Prints to standard output; a reader that has gone away ends the program quietly.
 fn print(text: &str) -> Outcome {
     let mut out = std::io::stdout();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    unless_closed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// What became of printing; a closed pipe is no reason to complain about.
+fn unless_closed(printed: std::io::Result<()>) -> Outcome {
+    match printed {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Failure::Input(format!("error: cannot write to standard output: {error}")))
         }

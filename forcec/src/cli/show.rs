@@ -53,7 +53,7 @@ impl Show {
         }
         let input =
             Input { paths: vec![self.path], scene: None, only: vec![self.name.clone()], search: self.search };
-        let units = input.compile()?;
+        let units = input.compile(false)?;
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;
         let function = &unit.compiled.functions[0];

@@ -26,9 +26,9 @@ const COLUMNS: [&str; 11] =
 impl Stats {
     pub(super) fn run(self) -> Outcome {
         if let Some(path) = &self.input.scene {
-            return self.scene(&self.input.scene(path)?);
+            return self.scene(&self.input.scene(path, false)?);
         }
-        let units = self.input.compile()?;
+        let units = self.input.compile(false)?;
         let functions: Vec<&Stages> = units.iter().flat_map(|unit| &unit.compiled.functions).collect();
         if self.json {
             let kernels: Vec<Value> = functions.iter().map(|function| row_json(function)).collect();
@@ -56,9 +56,16 @@ impl Stats {
         }
         let line = |name: &str, (ops, entries): (usize, usize), full: Option<(usize, usize)>| {
             let of = |full: Option<usize>| full.map_or_else(|| "-".to_owned(), |full| full.to_string());
-            let saved = full.map_or_else(|| "-".to_owned(), |(full, _)| saved(ops, full));
+            let change = full.map_or_else(|| "-".to_owned(), |(full, _)| change(ops, full));
             let (full_ops, full_entries) = (full.map(|full| full.0), full.map(|full| full.1));
-            vec![name.to_owned(), ops.to_string(), of(full_ops), saved, entries.to_string(), of(full_entries)]
+            vec![
+                name.to_owned(),
+                ops.to_string(),
+                of(full_ops),
+                change,
+                entries.to_string(),
+                of(full_entries),
+            ]
         };
         let mut rows = Vec::new();
         let (mut own, mut all) = ((0, 0), (0, 0));
@@ -69,7 +76,7 @@ impl Stats {
             rows.push(line(&function.kernel.name, cost, full));
         }
         rows.push(line("total", own, Some(all)));
-        let mut text = table(&["kernel", "operations", "of full", "saved", "outputs", "of full"], rows);
+        let mut text = table(&["kernel", "operations", "of full", "change", "outputs", "of full"], rows);
         if functions.iter().any(|function| function.kernel.layout == Layout::System) {
             text.push_str("\na kernel of the layout `system` also makes a step's matrix and impulse of F, dF/dX and dF/dV, which the full kernel leaves to others\n");
         }
@@ -102,11 +109,15 @@ fn cost(function: &Stages) -> (usize, usize) {
     (schedule.operations().total(), schedule.entries())
 }
 
-/// How much less it is, in hundredths.
-fn saved(cost: usize, full: usize) -> String {
+/// How much less or more it is, in hundredths.
+fn change(cost: usize, full: usize) -> String {
     match full {
         0 => "-".to_owned(),
-        _ => format!("{:.0} %", 100.0 * (1.0 - cost as f64 / full as f64)),
+        _ => match (100.0 * (cost as f64 / full as f64 - 1.0)).round() {
+            0.0 => "0 %".to_owned(),
+            less if less < 0.0 => format!("−{} %", -less),
+            more => format!("+{more} %"),
+        },
     }
 }
 

@@ -15,7 +15,7 @@ pub use measure::{Damping, STEP, Stiffness};
 pub use text::render;
 
 use crate::definition::{Definition, Law};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Lint};
 use crate::span::Span;
 use crate::states::Random;
 use model::Model;
@@ -113,7 +113,7 @@ fn warnings(definition: &Definition, advice: &Advice) -> Vec<Diagnostic> {
     for (place, (_, approach)) in places {
         let mut warning = place.warning.clone();
         warning.label = text::label(approach, at_zero(approach));
-        warnings.push(warning);
+        warnings.extend(Some(warning).filter(|_| !place.allowed));
     }
     let here = |message: String, label: &str| Diagnostic::warning(definition.span, message, label);
     let name = &definition.name;
@@ -121,13 +121,15 @@ fn warnings(definition: &Definition, advice: &Advice) -> Vec<Diagnostic> {
         let message =
             format!("near C = 0 `{name}` leaves its first-order expansion by {}", text::percent(near));
         let label = "over a step of 1/60 s at speeds of a few m/s and rad/s";
-        warnings.push(here(message, label).help("formulate with rows that change more evenly"));
+        let warning = here(message, label).lint(Lint::Nonlinear);
+        warnings.push(warning.help("formulate with rows that change more evenly"));
     }
     if let Some(damping) = advice.damping.filter(|damping| damping.active > 0) {
         let (active, all) = (damping.active, damping.states);
         let message = format!("velocities let `{name}` bring in energy, at {active} of {all} states");
         let label = "(F(V) − F(0))·V is above zero there";
-        warnings.push(here(message, label).help("see whether a sign or the domain of a parameter is wrong"));
+        let warning = here(message, label).lint(Lint::EnergyGain);
+        warnings.push(warning.help("see whether a sign or the domain of a parameter is wrong"));
     }
     if let Some(steps) = &advice.steps {
         let seconds = |step: Option<f64>| step.unwrap_or(0.0);
@@ -143,6 +145,7 @@ fn warnings(definition: &Definition, advice: &Advice) -> Vec<Diagnostic> {
             let label = "the directions that it damps along turn too fast";
             warnings.push(
                 here(message, label)
+                    .lint(Lint::DampedStep)
                     .help("damp less, or formulate with rows that pull along steadier directions"),
             );
         }
@@ -153,8 +156,10 @@ fn warnings(definition: &Definition, advice: &Advice) -> Vec<Diagnostic> {
                 text::seconds(undamped)
             );
             let label = "−ks JᵀJ leaves out what holds the body across the rows";
-            warnings.push(here(message, label).help("solve with the kernel's own ∂F/∂X"));
+            let warning = here(message, label).lint(Lint::GaussNewton);
+            warnings.push(warning.help("solve with the kernel's own ∂F/∂X"));
         }
     }
+    warnings.retain(|warning| warning.lint.is_none_or(|lint| !definition.allowed.contains(&lint)));
     warnings
 }

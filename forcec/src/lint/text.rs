@@ -50,19 +50,26 @@ pub fn render(advice: &Advice, source: &Source) -> String {
             format!("{energy}; ∂F/∂V {symmetric}{indefinite}, of rank {rank} of {freedoms}")
         }),
     );
-    let mut places: Vec<String> = Vec::new();
+    // What a loop unrolls stands at one place: the nearest that C = 0 comes to any of them, and how many there are.
+    let mut places: Vec<(String, Option<f64>, usize)> = Vec::new();
     for (span, approach) in &advice.singular {
         let (line, column) = source.line_column(span.start);
         let what = source.text.get(span.start as usize..span.end as usize).unwrap_or_default();
         let what = what.split_whitespace().collect::<Vec<_>>().join(" ");
-        let where_satisfied =
-            approach.satisfied.map_or(String::new(), |d| format!("; {d:.1e} from there where C = 0"));
-        let place = format!("{line}:{column} `{what}`: {}{where_satisfied}", growth(approach));
-        // What a loop unrolls stands at one place.
-        if !places.contains(&place) {
-            say("singular", place.clone());
-            places.push(place);
+        let place = format!("{line}:{column} `{what}`: {}", growth(approach));
+        match places.iter_mut().find(|(other, ..)| *other == place) {
+            Some((_, satisfied, times)) => {
+                let both = satisfied.iter().chain(&approach.satisfied).copied();
+                *satisfied = both.reduce(f64::min);
+                *times += 1;
+            }
+            None => places.push((place, approach.satisfied, 1)),
         }
+    }
+    for (place, satisfied, times) in places {
+        let satisfied = satisfied.map_or(String::new(), |d| format!("; {d:.1e} from there where C = 0"));
+        let times = if times == 1 { String::new() } else { format!(" ({times} times)") };
+        say("singular", format!("{place}{satisfied}{times}"));
     }
     if let Some(steps) = &advice.steps {
         let list = |steps: &[Option<f64>]| {

@@ -6,7 +6,7 @@
 mod read;
 
 use crate::bodies::Parameter;
-use crate::check::check;
+use crate::check::check_knowing;
 use crate::compile::{self, Compiled, Stages};
 use crate::definition::Definition;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -16,7 +16,8 @@ use crate::layouts::Layout;
 use crate::options::{Choice, Request, suggestion};
 use crate::outputs::Part;
 use crate::plan::Plan;
-use crate::span::{Source, Span};
+use crate::span::{Source, Span, shown};
+use crate::specialize::Specialization;
 use crate::suggest;
 use crate::syntax::{self, ast};
 use read::{Entry, Stated};
@@ -63,13 +64,13 @@ pub(crate) struct Listener<'a> {
 
 /// Reads a scene, and compiles what it needs.
 pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene, BuildError> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        BuildError::from(vec![format!("error: cannot read `{}`: {error}", path.display())])
-    })?;
-    let source = Source::new(path.to_string_lossy().replace('\\', "/"), text);
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| BuildError::from(vec![format!("error: cannot read `{}`: {error}", shown(path))]))?;
+    let source = Source::new(shown(Path::new(&path.to_string_lossy().replace('\\', "/"))), text);
     let scene = read::read(&source)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut forces = forces(&scene.forces, folder, &source, listener.warn)?;
+    let wanted = |name: &str| scene.entries.iter().any(|entry| entry.function.0 == name);
+    let mut forces = forces(&scene.forces, folder, &source, &wanted, listener.warn)?;
     let mut errors = Vec::new();
     let mut asked: Vec<(usize, String, Request)> = Vec::new();
     let mut again = 0;
@@ -203,15 +204,16 @@ fn forces(
     named: &[(String, Span)],
     folder: &Path,
     source: &Source,
+    wanted: &dyn Fn(&str) -> bool,
     warn: &mut dyn FnMut(Diagnostics),
 ) -> Result<Vec<Force>, BuildError> {
     let mut missing = Vec::new();
     for (path, at) in named.iter().filter(|(path, _)| !folder.join(path).exists()) {
-        let shown = folder.join(path);
+        let there = folder.join(path);
         let error = Diagnostic::error(
             *at,
             format!("no force file `{path}`"),
-            format!("`{}` is not there", shown.display()),
+            format!("`{}` is not there", shown(&there)),
         );
         missing.push(error.help("paths count from the folder of the scene"));
     }
@@ -223,7 +225,10 @@ fn forces(
     let mut wrong = BuildError::from(found.errors);
     let mut forces = Vec::new();
     for (path, source) in found.sources {
-        let checked = syntax::parse(&source).and_then(|file| Ok((check(&file)?, file)));
+        let checked = syntax::parse(&source).and_then(|file| {
+            let known = |_: &ast::Function| Specialization::default();
+            Ok((check_knowing(&file, &known, wanted)?, file))
+        });
         match checked {
             Ok((checked, file)) => {
                 if !checked.warnings.is_empty() {
@@ -258,8 +263,7 @@ fn find(forces: &[Force], name: &str, at: Span, errors: &mut Vec<Diagnostic>) ->
             errors.push(error.help(suggestion(name, &names)));
         }
         several => {
-            let files: Vec<String> =
-                several.iter().map(|(index, _)| forces[*index].path.display().to_string()).collect();
+            let files: Vec<String> = several.iter().map(|(index, _)| shown(&forces[*index].path)).collect();
             let label = format!("it stands in {}", files.join(" and in "));
             let error =
                 Diagnostic::error(at, format!("`{name}` is the name of several force functions"), label);

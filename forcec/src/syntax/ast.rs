@@ -3,6 +3,7 @@
 //! Expressions lie in one arena per function, operands before users, and are named by `Copy` ids: a tree of any depth
 //! is flat memory. Names are not resolved and types are not checked yet.
 
+use crate::diagnostic::{Diagnostic, Lint};
 use crate::exact::Exact;
 use crate::options::Choice;
 use crate::span::{Source, Span};
@@ -18,6 +19,10 @@ pub struct File {
     pub functions: Vec<Function>,
     /// The constants, in source order.
     pub constants: Vec<Constant>,
+    /// The names of the modules of forces among its items.
+    pub modules: Vec<String>,
+    /// What attributes allow without a reason, and where.
+    pub unexplained: Vec<(Lint, Span)>,
 }
 
 impl File {
@@ -29,6 +34,16 @@ impl File {
     /// The function of that name.
     pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.iter().find(|f| f.name.text == name)
+    }
+
+    /// A warning for each attribute that answers warnings and does not say why.
+    pub fn unexplained(&self) -> impl Iterator<Item = Diagnostic> {
+        self.unexplained.iter().map(|(lint, span)| {
+            let name = lint.name();
+            let message = format!("`{name}` is allowed without a reason");
+            let help = format!("write `#[allow({name}, reason = \"…\")]`");
+            Diagnostic::warning(*span, message, "no `reason` here").help(help).lint(Lint::MissingReason)
+        })
     }
 
     /// The doc comment at the head of the file, a line each.
@@ -103,12 +118,50 @@ pub struct Function {
     pub expressions: Expressions,
     /// Its body.
     pub body: Block,
+    /// From its name to the end of its body.
+    pub span: Span,
+    /// The warnings that its attributes answer, and those of its module and file.
+    pub allowed: Vec<Lint>,
 }
 
 impl Function {
     /// What it states of itself, in order.
     pub fn choices(&self) -> impl Iterator<Item = &Choice> {
         self.options.iter().map(|stated| &stated.choice)
+    }
+
+    /// The names that it binds: its arguments, and the variables in its body.
+    pub fn bound(&self) -> Vec<&Name> {
+        let mut names: Vec<&Name> = self.arguments.iter().map(|argument| &argument.name).collect();
+        let mut blocks = vec![&self.body];
+        for expr in self.expressions.iter() {
+            match &expr.kind {
+                ExprKind::Block(block) | ExprKind::If(_, block, _) => blocks.push(block),
+                _ => {}
+            }
+        }
+        let mut patterns = Vec::new();
+        while let Some(block) = blocks.pop() {
+            for statement in &block.statements {
+                match statement {
+                    Statement::Let { pattern, .. } => patterns.push(pattern),
+                    Statement::For(repeat) => {
+                        names.extend(&repeat.variable);
+                        blocks.push(&repeat.body);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        while let Some(pattern) = patterns.pop() {
+            match pattern {
+                Pattern::Name { name, .. } => names.push(name),
+                Pattern::Tuple(inner, _) => patterns.extend(inner),
+                Pattern::Ignore => {}
+            }
+        }
+        names.sort_by_key(|name| name.span);
+        names
     }
 
     /// Where it states the value of a parameter.
@@ -207,6 +260,11 @@ impl Expressions {
         ExprId(self.0.len() as u32 - 1)
     }
 
+    /// All of them, operands before users.
+    pub fn iter(&self) -> impl Iterator<Item = &Expr> {
+        self.0.iter()
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.0.len()
@@ -215,6 +273,12 @@ impl Expressions {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+}
+
+impl std::ops::IndexMut<ExprId> for Expressions {
+    fn index_mut(&mut self, id: ExprId) -> &mut Expr {
+        &mut self.0[id.0 as usize]
     }
 }
 

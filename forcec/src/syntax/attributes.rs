@@ -2,6 +2,7 @@
 
 use super::ast::{self, DomainClause, FunctionKind, StatedDomain};
 use super::reader::Reader;
+use crate::diagnostic::Lint;
 use crate::span::Span;
 use crate::suggest;
 use syn::parse::{Parse, ParseStream};
@@ -15,12 +16,7 @@ const OURS: [&str; 4] = ["constraint", "energy", "force", "domain"];
 const LENGTH: &str = "length";
 
 /// Attributes of rustc and its tools that change nothing here.
-const PASSED_OVER: [&str; 15] = [
-    "allow",
-    "expect",
-    "warn",
-    "deny",
-    "forbid",
+const PASSED_OVER: [&str; 10] = [
     "inline",
     "cold",
     "must_use",
@@ -40,6 +36,8 @@ pub(super) struct Stated {
     pub(super) kind: Option<(FunctionKind, Span)>,
     pub(super) options: Vec<ast::Stated>,
     pub(super) domains: Vec<DomainClause>,
+    /// The warnings that are allowed.
+    pub(super) allowed: Vec<Lint>,
     /// Where a `#[domain]` stands.
     pub(super) domain: Option<Span>,
     /// `#[forces]` on a module.
@@ -94,6 +92,7 @@ impl Reader<'_> {
                     "the compiler does not know the configuration of your crate",
                     "put what differs into a file of its own",
                 ),
+                "allow" | "expect" | "warn" | "deny" | "forbid" => self.level(attribute, ours, &mut stated),
                 _ if PASSED_OVER.contains(&ours) => {}
                 _ => {
                     if let Some(nearest) = suggest::nearest(ours, OURS) {
@@ -108,6 +107,41 @@ impl Reader<'_> {
             }
         }
         stated
+    }
+
+    /// `#[allow(singular, reason = "…")]`; names that are rustc's are passed over.
+    fn level(&mut self, attribute: &Attribute, level: &str, stated: &mut Stated) {
+        let Ok(list) = attribute.parse_args_with(Punctuated::<Meta, Token![,]>::parse_terminated) else {
+            return;
+        };
+        let reasoned = list.iter().any(|meta| meta.path().is_ident("reason"));
+        for ident in list.iter().filter_map(|meta| meta.path().get_ident()) {
+            let (name, span) = (ident.to_string(), self.at(ident.span()));
+            let lint = Lint::named(&name);
+            match lint {
+                Some(lint) if level == "allow" => {
+                    stated.allowed.push(lint);
+                    if !reasoned {
+                        self.unexplained.push((lint, span));
+                    }
+                }
+                Some(lint) if !lint.is_shared() => self.error_help(
+                    span,
+                    format!("`{name}` cannot be set to `{level}`"),
+                    "a warning of forcec, not of rustc",
+                    format!("write `#[allow({name}, reason = \"…\")]`, or deny warnings on the command line"),
+                ),
+                _ => {
+                    let own = Lint::ALLOWED.into_iter().filter(|lint| !lint.is_shared());
+                    let near = suggest::nearest(&name, own.map(Lint::name)).filter(|near| *near != name);
+                    if let Some(near) = near {
+                        let message = format!("unknown warning `{name}`");
+                        let help = format!("did you mean `{near}`?");
+                        self.error_help(span, message, "neither forcec nor rustc has it", help);
+                    }
+                }
+            }
+        }
     }
 
     fn kind(&mut self, attribute: &Attribute, name: &str, span: Span, stated: &mut Stated) {

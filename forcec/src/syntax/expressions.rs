@@ -40,13 +40,8 @@ impl Reader<'_> {
                 // The brackets count as part of the place, so that a label covers what the reader sees.
                 let span = self.between(paren.paren_token.span);
                 let inner = self.expr(&paren.expr);
-                let kind = self.expressions[inner].kind.clone();
-                match kind {
-                    ExprKind::Number(_) | ExprKind::Integer(_) | ExprKind::Path(_) | ExprKind::Binary(..) => {
-                        self.push(kind, span)
-                    }
-                    _ => inner,
-                }
+                self.expressions[inner].span = span;
+                inner
             }
             Expr::Group(group) => self.expr(&group.expr),
             Expr::Reference(reference) => {

@@ -7,7 +7,9 @@ use crate::span::Span;
 
 impl Reader<'_> {
     pub(super) fn file(&mut self, attributes: &[syn::Attribute], items: &[syn::Item]) {
-        self.docs = self.attributes(attributes).docs;
+        let stated = self.attributes(attributes);
+        self.docs = stated.docs;
+        self.allowed = stated.allowed;
         for item in items {
             self.item(item);
         }
@@ -23,7 +25,7 @@ impl Reader<'_> {
                 }
                 return;
             }
-            syn::Item::Use(_) => return,
+            syn::Item::Use(item) => return self.imports(&item.tree, ""),
             syn::Item::Mod(module) => return self.module(module),
             syn::Item::Struct(item) => ("structs", self.at(item.struct_token.span)),
             syn::Item::Enum(item) => ("enums", self.at(item.enum_token.span)),
@@ -54,15 +56,41 @@ impl Reader<'_> {
         );
     }
 
+    /// What a file imports is for rustc; but what is π here must be π there.
+    fn imports(&mut self, tree: &syn::UseTree, place: &str) {
+        let (from, name) = match tree {
+            syn::UseTree::Path(path) => return self.imports(&path.tree, &path.ident.to_string()),
+            syn::UseTree::Group(group) => {
+                return group.items.iter().for_each(|tree| self.imports(tree, place));
+            }
+            syn::UseTree::Name(name) => (&name.ident, &name.ident),
+            syn::UseTree::Rename(rename) => (&rename.ident, &rename.rename),
+            syn::UseTree::Glob(_) => return,
+        };
+        if name == "PI" && !(from == "PI" && ["consts", "prelude"].contains(&place)) {
+            let span = self.at(name.span());
+            self.error_help(
+                span,
+                "another `PI` than π is imported",
+                "in the force language `PI` is π",
+                "import it under another name, or `std::f64::consts::PI`",
+            );
+        }
+    }
+
     fn module(&mut self, module: &syn::ItemMod) {
         let stated = self.attributes(&module.attrs);
         match &module.content {
             Some((_, items)) if stated.forces => {
                 let shared = stated.options.into_iter().map(|option| ast::Stated { shared: true, ..option });
+                self.modules.push(module.ident.to_string());
                 let inner = self.module_options.iter().cloned().chain(shared).collect();
                 let outer = std::mem::replace(&mut self.module_options, inner);
+                let around = self.allowed.clone();
+                self.allowed.extend(stated.allowed);
                 items.iter().for_each(|item| self.item(item));
                 self.module_options = outer;
+                self.allowed = around;
             }
             _ => {
                 let name = self.at(module.ident.span());
@@ -144,7 +172,8 @@ impl Reader<'_> {
             );
         }
         let body = self.body(&item.block);
-        let Stated { docs, options, domains, .. } = stated;
+        let Stated { docs, options, domains, allowed, .. } = stated;
+        let span = name.span.to(body.span);
         let expressions = std::mem::take(&mut self.expressions);
         self.functions.push(Function {
             docs,
@@ -156,6 +185,8 @@ impl Reader<'_> {
             output,
             expressions,
             body,
+            span,
+            allowed: self.allowed.iter().copied().chain(allowed).collect(),
         });
     }
 

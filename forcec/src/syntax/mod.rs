@@ -87,8 +87,8 @@ pub fn from_items(
     let mut reader = Reader::new(locate);
     reader.file(attributes, items);
     if reader.diagnostics.is_empty() {
-        let Reader { docs, functions, constants, .. } = reader;
-        Ok(ast::File { source, docs, functions, constants })
+        let Reader { docs, functions, constants, modules, unexplained, .. } = reader;
+        Ok(ast::File { source, docs, functions, constants, modules, unexplained })
     } else {
         Err(report(source, reader.diagnostics))
     }

@@ -1,7 +1,7 @@
 //! What the readers of items, types, statements and expressions share: places, names, messages.
 
 use super::ast::{Constant, Function, Name, Path};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Lint};
 use crate::span::Span;
 
 /// Turns syn's tree into ours and collects what is wrong on the way.
@@ -12,8 +12,14 @@ pub(super) struct Reader<'a> {
     pub(super) docs: Vec<String>,
     pub(super) functions: Vec<Function>,
     pub(super) constants: Vec<Constant>,
+    /// The names of modules of forces.
+    pub(super) modules: Vec<String>,
     /// What the module around states of its functions.
     pub(super) module_options: Vec<super::ast::Stated>,
+    /// The warnings that attributes of the file and of the module around answer.
+    pub(super) allowed: Vec<Lint>,
+    /// What attributes allow without a reason, and where.
+    pub(super) unexplained: Vec<(Lint, Span)>,
     /// The arena of the function being read.
     pub(super) expressions: super::ast::Expressions,
 }
@@ -26,7 +32,10 @@ impl<'a> Reader<'a> {
             docs: Vec::new(),
             functions: Vec::new(),
             constants: Vec::new(),
+            modules: Vec::new(),
             module_options: Vec::new(),
+            allowed: Vec::new(),
+            unexplained: Vec::new(),
             expressions: Default::default(),
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! A wrong input is a file `tests/wrong/NAME.rs` with its message in `NAME.stderr`; `FORCEC_BLESS=1` writes messages.
 
-use super::accepted;
+use super::{PROGRAM, accepted};
 use forcec::check;
 use forcec::diagnostic::Diagnostics;
 use forcec::span::Source;
@@ -93,6 +93,45 @@ fn a_warning_is_given_once_however_often_a_helper_is_inlined() {
     let text = "fn inverse(x: Real) -> Real { 1.0 / x }\n#[energy]\nfn f(a: Particle) -> Real {\n    let p = a.position;\n    inverse(p.x) + inverse(p.y) + inverse(p.z)\n}\n";
     let (_, checked) = accepted(text);
     assert_eq!(checked.warnings.len(), 1);
+}
+
+#[test]
+fn a_warning_says_how_often_it_was_met() {
+    let text = "#[energy]\nfn f(a: Particle, r: [Vec3; 6]) -> Real {\n    let mut e = 0.0;\n    for i in 0..6 {\n        \
+                e += (a.position - r[i]).norm() + r[i].norm();\n    }\n    e\n}\n";
+    let (file, checked) = accepted(text);
+    let told = Diagnostics::new(file.source, checked.warnings).to_string();
+    assert_eq!(told.matches("warning[singular]").count(), 2, "{told}");
+    assert!(told.contains("^ the length has no derivative where the vector is zero (6 times)\n"), "{told}");
+}
+
+/// The place of each expression is an expression, with all of its brackets.
+#[test]
+fn places_keep_their_brackets() {
+    let brackets = "const TWO: Real = (2.0);\n#[energy]\nfn f(a: Particle, (k): Real, v: Vec3, t: (Real, Vec3), m: [Real; (2)]) -> Real {\n    \
+        let s = (a.position).norm() / ((v.norm())) + (-(k)) * (t.0) - (m[(1)]) / (v[0]) + ((t).1.x);\n    \
+        let mut c = ((if (k > 0.0) && (!(k < 1.0)) { (k) } else { ((1.0) / k) })) * (({ k }));\n    \
+        c /= (k.abs()) + (f2((k), &(v))) * ((2 as Real)) + (([k; 2])[1]) + ((k, k).0) + (Vec3::new(k, k, k)).x;\n    \
+        (s) + c / (k.sqrt())\n}\nfn f2(k: Real, v: Vec3) -> Real { (k) * (v.x) }\n";
+    let brackets = brackets.replace("(k): Real", "k: Real");
+    let mut texts = vec![brackets, PROGRAM.to_owned()];
+    for folder in ["constraints", "tests/unseen", "tests/golden"] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
+        let paths = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+        let files = paths.filter(|path| path.extension().is_some_and(|ending| ending == "rs"));
+        texts.extend(files.map(|path| std::fs::read_to_string(path).expect("a text")));
+    }
+    let mut count = 0;
+    for text in &texts {
+        let file =
+            syntax::parse(&Source::new("force.rs", text.as_str())).unwrap_or_else(|wrong| panic!("{wrong}"));
+        for expr in file.functions.iter().flat_map(|function| function.expressions.iter()) {
+            let place = &text[expr.span.start as usize..expr.span.end as usize];
+            assert!(syn::parse_str::<syn::Expr>(place).is_ok(), "`{place}` in\n{text}");
+            count += 1;
+        }
+    }
+    assert!(count > 5000, "{count} expressions");
 }
 
 #[test]

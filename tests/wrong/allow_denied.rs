@@ -1,0 +1,6 @@
+#[energy]
+#[deny(singular)]
+#[expect(nonlinear, unused, reason = "to see")]
+pub fn spring(p: Particle) -> Real {
+    p.position.norm()
+}
