@@ -808,10 +808,8 @@ fn paths_do_not_steer_the_terminal() {
         assert!(!message.contains(['\x1b', '\u{202e}']), "{message}");
     }
     place.write(name, SPRING);
-    assert_has(
-        &place.run(&format!("build {name} --out o --check")).err,
-        &["o/a\\u{1b}[31m\\u{202e}.c is missing"],
-    );
+    let run = place.run(&format!("build {name} --out o --check --target rust"));
+    assert_has(&run.err, &["o/a\\u{1b}[31m\\u{202e}.rs is missing"]);
 }
 
 #[test]
