@@ -9,6 +9,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::exact::Exact;
 use crate::formula::{Dialect, Formulas};
 use crate::kernel::{Kernel, Once, Preparation};
+use crate::optimize::lower::MOST_OPERATIONS;
 use crate::optimize::{Optimized, optimize};
 pub use crate::options::Request;
 use crate::options::{Choice, suggestion};
@@ -111,7 +112,8 @@ pub fn compile_file(
         definition.graph.signature.extras = extras;
         stages(file, definition, request)
     });
-    let functions = functions.collect();
+    let functions: Result<Vec<Stages>, Diagnostic> = functions.collect();
+    let functions = functions.map_err(|error| Diagnostics::new(file.source.clone(), vec![error]))?;
     let docs = file.docs();
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
@@ -283,12 +285,18 @@ fn extras(
     Ok(extras)
 }
 
-fn stages(file: &syntax::ast::File, definition: Definition, request: Request) -> Stages {
+/// Every stage of a function; that its kernel would be too long is an error.
+fn stages(file: &syntax::ast::File, definition: Definition, request: Request) -> Result<Stages, Diagnostic> {
     let started = Instant::now();
     let plan = request.plan;
     let source = check::elaborate(file, &definition.name, &request.known);
     let derive = |formulation| derive(&definition, request.parts(), formulation);
     let optimized = optimize(derive, plan, Some(&source));
+    let optimized = optimized.ok_or_else(|| {
+        let label = format!("its kernel has more than {MOST_OPERATIONS} operations");
+        Diagnostic::error(definition.span, "the function is too large", label)
+            .help("shorten the ranges of its loops, or split it into several force functions")
+    })?;
     let style = Style {
         strict: plan.mode == Mode::Strict,
         fma: plan.fma,
@@ -320,7 +328,7 @@ fn stages(file: &syntax::ast::File, definition: Definition, request: Request) ->
     };
     let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
     let Optimized { program, formulation, report } = optimized;
-    Stages { ast, definition, source, program, formulation, report, kernel, time }
+    Ok(Stages { ast, definition, source, program, formulation, report, kernel, time })
 }
 
 /// The statements of a program in which what depends on parameters alone is computed once.

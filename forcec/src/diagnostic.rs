@@ -177,11 +177,24 @@ impl Diagnostics {
     /// The rendered text, with terminal colours or without.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
-        let reports: Vec<String> = self.list.iter().map(|d| renderer.render(&self.report(d))).collect();
-        reports.join("\n\n")
+        // Messages are in the order of their places: lines are counted once, and each message sees its own alone.
+        let (mut counted, mut line) = (0, 1);
+        let reports = self.list.iter().map(|diagnostic| {
+            let text = self.source.text.as_bytes();
+            let start = diagnostic.span.map_or(0, |span| (span.start as usize).min(text.len()));
+            let start = text[..start].iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+            if start < counted {
+                (counted, line) = (0, 1);
+            }
+            line += text[counted..start].iter().filter(|byte| **byte == b'\n').count();
+            counted = start;
+            renderer.render(&self.report(diagnostic, start, line))
+        });
+        reports.collect::<Vec<String>>().join("\n\n")
     }
 
-    fn report<'a>(&'a self, diagnostic: &'a Diagnostic) -> Vec<Group<'a>> {
+    /// A message with the lines it is about, of which the first starts at this byte and has this number.
+    fn report<'a>(&'a self, diagnostic: &'a Diagnostic, start: usize, line: usize) -> Vec<Group<'a>> {
         let level = match diagnostic.severity {
             Severity::Error => Level::ERROR,
             Severity::Warning => Level::WARNING,
@@ -193,10 +206,14 @@ impl Diagnostics {
         };
         let mut group = match diagnostic.span {
             Some(span) => {
-                let length = self.source.text.len();
-                let range = (span.start as usize).min(length)..(span.end as usize).min(length);
+                let text = self.source.text.as_str();
+                let range = (span.start as usize).min(text.len())..(span.end as usize).min(text.len());
+                let end = text.as_bytes()[range.end..].iter().position(|byte| *byte == b'\n');
+                let end = end.map_or(text.len(), |length| range.end + length);
+                let range = range.start - start..range.end - start;
                 let annotation = AnnotationKind::Primary.span(range).label(diagnostic.whole_label());
-                let snippet = Snippet::source(self.source.text.as_str())
+                let snippet = Snippet::source(&text[start..end])
+                    .line_start(line)
                     .path(self.source.name.as_str())
                     .annotation(annotation);
                 title.element(snippet)

@@ -61,7 +61,7 @@ impl Sample {
     fn program(&self) -> Program {
         let definition = self.definition(Graph::new(self.signature()));
         let derive = |formulation| forcec::derive::derive(&definition, &Part::DEFAULT, formulation);
-        forcec::optimize::optimize(derive, forcec::Effort::Default.into(), None).program
+        forcec::optimize::optimize(derive, forcec::Effort::Default.into(), None).expect("it is short").program
     }
 
     fn check(&self) -> Report {

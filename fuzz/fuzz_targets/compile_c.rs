@@ -1,21 +1,20 @@
-//! From any text to C: what passes the checks compiles.
+//! From any text and any options to kernels: what passes the checks compiles, whatever is asked for.
 #![no_main]
 
-use forcec::compile::compile;
-use forcec::kernel::{File, Precision, Target};
-use forcec::span::Source;
-use forcec::targets::emit;
+#[path = "../../tests/src/any_options.rs"]
+mod any_options;
+
+use forcec::Options;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|text: &str| {
-    let Ok(compiled) = compile(&Source::new("fuzz.rs", text), &|_| true, forcec::Effort::Quick) else { return };
-    let file = File {
-        stem: "fuzz".to_owned(),
-        docs: compiled.docs,
-        kernels: compiled.functions.into_iter().map(|function| function.kernel).collect(),
-        precisions: vec![Precision::F64, Precision::F32],
-    };
-    for target in [Target::C, Target::Rust] {
-        assert!(emit(&file, target).iter().all(|file| !file.text.is_empty()));
+fuzz_target!(|input: (Vec<u8>, &str)| {
+    let (bytes, text) = input;
+    let mut bytes = bytes.into_iter();
+    let mut draw = |n: usize| bytes.next().map_or(0, usize::from) % n;
+    for options in [Options::default(), any_options::any_options(text, &mut draw)] {
+        match forcec::compile(text, &options) {
+            Ok(compiled) => assert!(compiled.kernels.iter().all(|(_, kernel)| !kernel.is_empty())),
+            Err(errors) => assert!(errors.has_errors() && !errors.render(false).is_empty()),
+        }
     }
 });

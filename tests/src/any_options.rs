@@ -7,7 +7,7 @@ use forcec::{Effort, Mode, Options, Part, Precision, Target};
 
 /// Options drawn by `draw(n)`, a number below `n`; bodies and parameters are words of the text.
 pub(crate) fn any_options(text: &str, draw: &mut dyn FnMut(usize) -> usize) -> Options {
-    let (mut bodies, mut parameters) = (Vec::new(), vec!["step", "stiffness", "damping", "multipliers"]);
+    let (mut bodies, mut parameters) = (Vec::new(), vec!["stiffness", "damping"]);
     for (before, after) in text.match_indices(':').map(|(at, _)| (&text[..at], text[at + 1..].trim_start())) {
         let name = before.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or("");
         match name.is_empty() {
@@ -42,9 +42,12 @@ pub(crate) fn any_options(text: &str, draw: &mut dyn FnMut(usize) -> usize) -> O
     if draw(4) == 0 && !bodies.is_empty() {
         options.fixed.push(bodies[draw(bodies.len())].to_owned());
     }
+    if matches!(options.layout.row().name, "system" | "product") {
+        parameters.push("step");
+    }
     for _ in 0..draw(5).saturating_sub(2) {
         let name = parameters[draw(parameters.len())].to_owned();
-        let value = (0..[1, 1, 1, 3, 4][draw(5)]).map(|_| NUMBERS[draw(NUMBERS.len())]).collect();
+        let value = (0..[1, 1, 1, 1, 1, 1, 3, 4][draw(8)]).map(|_| NUMBERS[draw(NUMBERS.len())]).collect();
         options.set.push((name, value));
     }
     options

@@ -3,6 +3,7 @@
 //! A test here sees forcec as a user does, through its library, its command line or the text it emits, and judges it by
 //! something that shares no code with it: 320-bit arithmetic, a C compiler, rustc, clippy.
 
+mod any_options;
 pub mod cases;
 pub mod covering;
 pub mod driver;
@@ -180,6 +181,15 @@ pub fn compiled_with(name: &str, text: &str, plan: Plan) -> Compiled {
         Ok(compiled) => compiled,
         Err(errors) => panic!("{name} does not compile:\n{errors}\n{text}"),
     }
+}
+
+/// Options drawn from a seed, for a text whose bodies and parameters they may name.
+pub fn options_for(text: &str, seed: u64) -> forcec::Options {
+    let mut state = seed;
+    any_options::any_options(text, &mut |n| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % n.max(1)
+    })
 }
 
 /// An empty folder of this name. `base` is `env!("CARGO_TARGET_TMPDIR")`, which cargo tells only the tests themselves.

@@ -15,7 +15,7 @@ use forcec::compile::compile;
 use forcec::kernel::{Precision, Target};
 use forcec::span::Source;
 use forcec::targets;
-use forcec_tests::{library, parallel};
+use forcec_tests::{library, options_for, parallel};
 use quote::{ToTokens, format_ident};
 use std::path::Path;
 use syn::visit_mut::{VisitMut, visit_expr_mut, visit_pat_ident_mut};
@@ -43,6 +43,13 @@ impl Edit {
 fn kernel(file: &syn::File, name: &str) -> Option<String> {
     let source = Source::new("edited.rs", prettyplease::unparse(file));
     let compiled = compile(&source, &|wanted| wanted == name, forcec::Effort::Quick).ok()?;
+    // Other options make another kernel, or a message: of some edits, for the whole file is compiled.
+    let length = source.text.len();
+    if length.is_multiple_of(32)
+        && let Err(errors) = forcec::compile(&source.text, &options_for(&source.text, length as u64))
+    {
+        assert!(errors.has_errors(), "{errors}");
+    }
     let text = targets::kernel(&compiled.functions.first()?.kernel, Target::C, Precision::F64);
     // The head repeats the source in formulas, and bounds that change with any number.
     text.split_once("\n */\n").map(|(_, code)| code.to_owned())

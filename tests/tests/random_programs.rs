@@ -12,7 +12,7 @@ use forcec::scalar::{Node, Program};
 use forcec::span::Source;
 use forcec::targets;
 use forcec::verify::{self, CheckOptions, Family, Report, Subject, Verdict};
-use forcec_tests::compiled;
+use forcec_tests::{compiled, options_for};
 use proptest::prelude::{Just, Strategy, prop_oneof};
 use proptest::strategy::BoxedStrategy;
 use proptest::test_runner::{Config, RngSeed, TestCaseError, TestError, TestRunner};
@@ -227,6 +227,13 @@ fn random_programs_compute_what_they_say() {
         let (checked, unchecked) = &mut *counts.borrow_mut();
         // What is singular or passive everywhere, or loses all digits, cannot be checked, and the report says so.
         **(if report.passed { checked } else { unchecked }) += 1;
+        // Any options at all make a kernel or a message.
+        for seed in 0..4 {
+            let options = options_for(&text, seed + 4 * text.len() as u64);
+            if let Err(errors) = forcec::compile(&text, &options) {
+                assert!(errors.has_errors(), "{text}\n{options:?}");
+            }
+        }
         if emitted(&text) != emitted(&text) {
             return Err(TestCaseError::fail("the same text compiles to other bytes"));
         }

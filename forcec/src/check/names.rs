@@ -14,7 +14,7 @@ use crate::syntax::ast::{
     Block, Constant, ExprId, ExprKind, Expressions, Function, FunctionKind, Name, Path, Pattern,
     StatedDomain, Statement, TypeKind,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What the walk over all functions found.
 pub(crate) struct Names {
@@ -80,8 +80,9 @@ impl<'a> Walker<'a> {
     }
 
     fn function(&mut self, function: &'a Function) {
-        for (index, argument) in function.arguments.iter().enumerate() {
-            if function.arguments[..index].iter().any(|other| other.name.text == argument.name.text) {
+        let mut names = BTreeSet::new();
+        for argument in &function.arguments {
+            if !names.insert(argument.name.text.as_str()) {
                 self.diagnostics.push(
                     Diagnostic::error(
                         argument.name.span,

@@ -7,12 +7,12 @@
 use crate::bodies::Role;
 use crate::definition::{Definition, Law};
 use crate::derive::derive;
-use crate::optimize::optimize;
+use crate::optimize::lower::lower;
 use crate::outputs::Part;
 use crate::places::Places;
-use crate::plan::{Mode, Plan};
 use crate::scalar::Id;
 use crate::states::{Random, draw};
+use crate::vector::FORMULATIONS;
 use crate::verify::Family;
 use crate::verify::tape::Tape;
 use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
@@ -57,8 +57,8 @@ impl<'a> Model<'a> {
         }
         let wanted = Part::in_order(wanted);
         // Lowered and no more: what is asked for are values, not how fast they come.
-        let plan = Plan { mode: Mode::Strict, ..Plan::default() };
-        let program = optimize(|formulation| derive(definition, &wanted, formulation), plan, None).program;
+        let derived = derive(definition, &wanted, FORMULATIONS[0]);
+        let program = lower(derived, false, usize::MAX, None).expect("nothing bounds it");
         let layout = Places::new(&program.signature);
         let outputs: Vec<Id> = program.outputs().collect();
         let tape = Tape::new(&program, &layout, &outputs);

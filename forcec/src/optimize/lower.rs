@@ -22,9 +22,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 type Dense = [[Id; 3]; 3];
 
-/// Lowers forces and derivatives; the program knows its residual if that is of interest. Where the function is given as
-/// it was written, its values are computed so, and what else is made of them reads these.
-pub fn lower(derived: Derived, residual: bool, source: Option<&Definition>) -> Program {
+/// Operations of a kernel as it is lowered: what takes more takes minutes, here and in the compiler that reads it.
+pub const MOST_OPERATIONS: usize = 300_000;
+
+/// Lowers forces and derivatives; the program knows its residual if that is of interest. `None` if it has more than
+/// `most` operations. Where the function is given as it was written, its values are computed so, and what else is made of
+/// them reads these.
+pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Definition>) -> Option<Program> {
     let signature = derived.lie.graph.signature.clone();
     let shared = shared_rotations(&derived);
     let mut lowering = Lowering {
@@ -35,6 +39,8 @@ pub fn lower(derived: Derived, residual: bool, source: Option<&Definition>) -> P
         journal: Vec::new(),
         ways: FxHashMap::default(),
         shared,
+        most,
+        full: false,
     };
     let written = source.map(|source| written::rows(&mut lowering.scalar, source));
     if let Some(written) = &written {
@@ -70,10 +76,14 @@ pub fn lower(derived: Derived, residual: bool, source: Option<&Definition>) -> P
         };
         arrays.push(Array::new(part, &signature, entries));
     }
+    let full = lowering.is_full();
     let mut program = Program { signature, graph: lowering.scalar, arrays };
+    if full || program.operations().total() > most {
+        return None;
+    }
     let live = program.live();
     lost.into_iter().filter(|id| live[id.index()]).for_each(|id| program.graph.set_residual(id));
-    program
+    Some(program)
 }
 
 /// The stored quaternions that turn several arms.
@@ -120,9 +130,19 @@ pub(super) struct Lowering {
     /// The way that was best for a derivative when it was first asked for.
     ways: FxHashMap<(Vector, Variable), Way>,
     shared: BTreeSet<Slot>,
+    /// Operations there may be.
+    most: usize,
+    /// Whether something was left out because there is too much.
+    full: bool,
 }
 
 impl Lowering {
+    /// Whether there is so much that nothing more is lowered.
+    fn is_full(&self) -> bool {
+        let most = self.most.saturating_mul(2);
+        self.full || self.scalar.len() > most || self.lie.graph.len() > most
+    }
+
     pub(super) fn real(&mut self, x: Real) -> Id {
         self.prepare(x.0);
         self.id(x.0)
@@ -498,6 +518,9 @@ impl Lowering {
 
     /// D of a vector as nine scalars, by the cheapest of the ways there are.
     fn best(&mut self, vector: Vector, variable: Variable) -> Dense {
+        if self.is_full() {
+            return self.left_out();
+        }
         if let Some(dense) = self.dense.get(&(vector, variable)) {
             return *dense;
         }
@@ -553,6 +576,12 @@ impl Lowering {
             }
         }
         (cost, dense)
+    }
+
+    /// What stands for a block of a kernel that is refused.
+    fn left_out(&mut self) -> Dense {
+        self.full = true;
+        [[self.scalar.zero(); 3]; 3]
     }
 
     /// The ways to lower D of a vector that can differ.
@@ -649,6 +678,9 @@ impl Lowering {
         let mut products: Vec<Dense> = Vec::new();
         let mut cancelled = Vec::new();
         for &(u, v) in &matrix.outer {
+            if self.is_full() {
+                return self.left_out();
+            }
             let (left, right) = (self.vector(u), self.vector(v));
             products.push(left.map(|x| right.map(|y| self.scalar.mul(x, y))));
             let wanted = dot_terms(&mut self.lie.graph, u, v);

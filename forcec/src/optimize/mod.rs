@@ -140,8 +140,9 @@ struct Candidate {
 }
 
 impl Candidate {
-    fn new(formulation: Formulation, derived: Derived, mode: Mode) -> Candidate {
-        let mut lowered = Rc::new(lower::lower(derived, mode == Mode::Accurate, None));
+    fn new(formulation: Formulation, derived: Derived, mode: Mode) -> Option<Candidate> {
+        let mut lowered =
+            Rc::new(lower::lower(derived, mode == Mode::Accurate, lower::MOST_OPERATIONS, None)?);
         let mut network = Network::new(&lowered);
         let mut report =
             vec![Step { pass: LOWER, operations: lowered.operations(), distinct: network.distinct() }];
@@ -150,7 +151,7 @@ impl Candidate {
             network = Network::new(&lowered);
             report.push(Step { pass: "reciprocals", operations: lowered.operations(), ..report[0] });
         }
-        Candidate { formulation, network, report }
+        Some(Candidate { formulation, network, report })
     }
 
     fn run(&mut self, pass: &'static Pass, plan: Plan, share: usize) {
@@ -165,22 +166,23 @@ impl Candidate {
 }
 
 /// Lowers and optimises what `derive` makes of a formulation. Mode `strict` leaves what was lowered as it is, and computes
-/// the values of the function as they are written in its source, if that is given.
+/// the values of the function as they are written in its source, if that is given. `None` if that is more than
+/// [`lower::MOST_OPERATIONS`].
 pub fn optimize(
     derive: impl Fn(Formulation) -> Derived,
     plan: Plan,
     source: Option<&Definition>,
-) -> Optimized {
+) -> Option<Optimized> {
     let effort = plan.effort;
     if plan.mode == Mode::Strict {
         let formulation = FORMULATIONS[0];
-        let program = lower::lower(derive(formulation), false, source);
+        let program = lower::lower(derive(formulation), false, lower::MOST_OPERATIONS, source)?;
         let distinct = Network::new(&Rc::new(program.clone())).distinct();
         let report = vec![Step { pass: LOWER, operations: program.operations(), distinct }];
-        return Optimized { program, formulation, report };
+        return Some(Optimized { program, formulation, report });
     }
     let factored = |formulation: Formulation| {
-        let mut candidate = Candidate::new(formulation, derive(formulation), plan.mode);
+        let mut candidate = Candidate::new(formulation, derive(formulation), plan.mode)?;
         for pass in plan.passes() {
             match pass.work {
                 Work::Choose => candidate.report.push(Step { pass: pass.name, ..candidate.report[0] }),
@@ -188,15 +190,15 @@ pub fn optimize(
                 Work::Search(_) => {}
             }
         }
-        candidate
+        Some(candidate)
     };
-    let mut candidates = vec![factored(FORMULATIONS[0])];
+    let mut candidates = vec![factored(FORMULATIONS[0])?];
     let lowered = candidates[0].report[0];
     // The first formulation is the shortest way from what is computed in doubled precision to the force.
     if plan.mode != Mode::Accurate && plan.passes().any(|pass| matches!(pass.work, Work::Choose)) {
         let tried = effort.formulations(lowered.operations.total());
         for formulation in &FORMULATIONS[1..tried] {
-            let candidate = factored(*formulation);
+            let Some(candidate) = factored(*formulation) else { continue };
             if candidates.iter().all(|other| other.report[1..] != candidate.report[1..]) {
                 candidates.push(candidate);
             }
@@ -214,5 +216,5 @@ pub fn optimize(
     report[0] = lowered;
     let mut program = best.network.program();
     accurate::mark(&mut program);
-    Optimized { program, formulation: best.formulation, report }
+    Some(Optimized { program, formulation: best.formulation, report })
 }

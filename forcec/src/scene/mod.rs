@@ -73,6 +73,7 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
     let mut forces = forces(&scene.forces, folder, &source, &wanted, listener.warn)?;
     let mut errors = Vec::new();
     let mut asked: Vec<(usize, String, Request)> = Vec::new();
+    let mut made: Vec<(usize, &str, Option<&str>, Request)> = Vec::new();
     let mut again = 0;
     let mut failures: Vec<Diagnostics> = Vec::new();
     for entry in &scene.entries {
@@ -117,6 +118,15 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
                 errors.push(Diagnostic::error(place, error.message, "this asks for them").help(help));
                 continue;
             }
+            // What was made already is not made again.
+            let own_name = entry.name.as_ref().map(|(own, _)| own.as_str());
+            let is_same = |(other, called, own, earlier): &(usize, &str, Option<&str>, Request)| {
+                (*other, *called, *own) == (index, name.as_str(), own_name) && *earlier == request
+            };
+            if made.iter().any(is_same) {
+                again += 1;
+                continue;
+            }
             let mut kernel = match compile::compile_file(&force.file, &|own| own == name, request.clone()) {
                 Ok(compiled) => compiled.functions,
                 Err(wrong) => {
@@ -150,6 +160,7 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
                 None => {
                     force.full.push((number == 0).then_some(request.plan));
                     force.kernels.push(kernel);
+                    made.push((index, name.as_str(), own_name, request.clone()));
                     asked.push((index, title, request));
                 }
             }

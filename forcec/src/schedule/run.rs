@@ -17,9 +17,19 @@ impl Schedule {
         let length = |part: &Part| part.length(&self.signature);
         let zero = || N::exact(&Exact::ZERO);
         let mut outputs: Vec<Option<N>> = vec![self.adds.then(zero); self.entries()];
+        // Where each result starts, and how long its rows are.
+        let mut start = 0;
+        let places: Vec<(Part, usize, usize)> = (self.parts.iter())
+            .map(|part| {
+                let first = start;
+                start += length(part);
+                (*part, first, shape(part).1)
+            })
+            .collect();
         let at = |part: Part, row: usize, column: usize| {
-            let before = self.parts.iter().take_while(|other| **other != part);
-            before.map(length).sum::<usize>() + row * shape(&part).1 + column
+            let place = places.iter().find(|(other, ..)| *other == part);
+            let &(_, first, columns) = place.expect("a schedule writes what it computes");
+            first + row * columns + column
         };
         for statement in &self.statements {
             match statement {

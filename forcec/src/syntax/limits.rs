@@ -25,6 +25,9 @@ pub(super) const OWN: Limits = Limits { longest: 40_000, operators: 2_000 };
 #[cfg(feature = "expand")]
 pub(super) const MACRO: Limits = Limits { longest: 6_000, operators: 200 };
 
+/// Letters of a name.
+const LONGEST_NAME: usize = 255;
+
 struct Level {
     tokens: token_stream::IntoIter,
     /// Tokens on the way to the bracket.
@@ -65,6 +68,13 @@ pub(super) fn check(tokens: TokenStream, limits: &Limits) -> Result<(), Diagnost
             let label = format!("more than {} tokens without a `;` or `,` end here", limits.longest);
             return Err(Diagnostic::error(bytes_of(token.span()), "an expression is too long", label)
                 .help("name its parts with `let`"));
+        }
+        if let TokenTree::Ident(name) = &token
+            && name.to_string().chars().count() > LONGEST_NAME
+        {
+            let label = format!("more than {LONGEST_NAME} letters");
+            return Err(Diagnostic::error(bytes_of(name.span()), "a name is too long", label)
+                .help("choose a shorter name"));
         }
         let operator = matches!(token, TokenTree::Punct(_));
         current.operators = if operator { current.operators + 1 } else { 0 };

@@ -138,3 +138,39 @@ fn numbers_fit_their_precision() {
         assert!(text.contains("e-31f") || text.contains("e-30f"), "{text}");
     }
 }
+
+/// What is long but plain takes a moment; what is too long is refused at its place.
+#[test]
+fn long_inputs() {
+    let started = std::time::Instant::now();
+    let name = "n".repeat(65_536);
+    let message = refused(
+        &format!("#[energy]\npub fn {name}(a: Particle) -> Real {{ a.position.x }}\n"),
+        &Options::default(),
+    );
+    assert!(message.contains("a name is too long"), "{}", &message[..200]);
+    let parameters: String = (0..30_000).map(|k| format!(", k{k}: Real")).collect();
+    let text = format!("#[energy]\npub fn e(a: Particle{parameters}) -> Real {{ k7 * a.position.x }}\n");
+    let message = refused(&text, &Options::default());
+    assert!(message.contains("a function has too many arguments"), "{}", &message[..200]);
+    let lets: String = (0..20_000).map(|k| format!("let t{k} = k + {k}.0;\n    ")).collect();
+    let compiled = forcec::compile(&energy(&format!("{lets}t7 * a.position.x")), &Options::default());
+    let warnings = compiled.expect("it compiles").warnings;
+    assert_eq!(warnings.list.len(), 19_999);
+    assert!(warnings.to_string().contains(" --> forces.rs:20002:9"));
+    // Derivatives of a chain of norms are longer than any program wants.
+    for (count, fits) in [(4, true), (100, false)] {
+        let chain = format!(
+            "let mut v = a.position; for _i in 0..{count} {{ v = v - v * v.norm() * 0.1 + q * v; }} v.x"
+        );
+        let text = format!("#[energy]\npub fn e(a: Particle, q: Mat3) -> Real {{ {chain} }}\n");
+        match forcec::compile(&text, &Options::default()) {
+            Ok(_) => assert!(fits),
+            Err(errors) => {
+                assert!(!fits && errors.to_string().contains("more than 300000 operations"), "{errors}")
+            }
+        }
+    }
+    let seconds = started.elapsed().as_secs_f64();
+    assert!(seconds < 60.0, "{seconds} s");
+}

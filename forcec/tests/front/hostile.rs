@@ -115,17 +115,18 @@ fn tokens(text: &str) -> Vec<&str> {
     tokens
 }
 
-/// An input: a force function with a few edits, parts of two, or anything.
-fn input(corpus: &[String], random: &mut Random) -> String {
+/// An input: a force function with at most so many edits, parts of two, or anything.
+fn input(corpus: &[String], edits: usize, random: &mut Random) -> String {
     let (first, second) = (&corpus[random.below(corpus.len())], &corpus[random.below(corpus.len())]);
-    if random.below(50) == 0 {
+    if edits > 2 && random.below(50) == 0 {
         let any = |random: &mut Random| char::from_u32(random.below(0x3000) as u32).unwrap_or('\u{202e}');
         return (0..random.below(200)).map(|_| any(random)).collect();
     }
     let (mut tokens, others) = (tokens(first), tokens(second));
-    for _ in 0..1 + random.below(6) {
+    for _ in 0..random.below(edits + 1) {
         let (at, from) = (random.below(tokens.len()), random.below(others.len()));
-        match random.below(9) {
+        // What is to be compiled keeps its words, and gets other numbers and lines.
+        match random.below(9).max(if edits > 2 { 0 } else { 5 }) {
             0 => tokens[at] = tokens[random.below(tokens.len())],
             1 => tokens.insert(at, others[from]),
             2 if tokens.len() > 1 => drop(tokens.remove(at)),
@@ -189,39 +190,45 @@ fn hostile_inputs() {
                 }
             }
         });
-        syntax::with_deep_stack(|| {
-            for number in 0..inputs + compiled {
-                let text = input(&corpus, &mut random);
-                let whole = number >= inputs;
-                let options = any_options(&text, &mut |n| random.below(n));
-                *current.lock().expect("a text") = format!("{text}\n{options:?}");
-                since.store(now(), Ordering::Relaxed);
-                let begun = Instant::now();
-                let outcome = catch_unwind(AssertUnwindSafe(|| match whole {
-                    true => forcec::compile(&text, &options).map(|_| ()),
-                    false => syntax::parse(&Source::new("any.rs", text.as_str()))
-                        .and_then(|file| check::check(&file))
-                        .map(|_| ()),
-                }));
-                let time = begun.elapsed();
-                since.store(0, Ordering::Relaxed);
-                if time > slowest.0 {
-                    slowest = (time, text.clone());
+        // A thread keeps the texts it has parsed.
+        let all = inputs + compiled;
+        (0..all).step_by(1000).for_each(|first| {
+            syntax::with_deep_stack(|| {
+                for number in first..(first + 1000).min(all) {
+                    let whole = number >= inputs;
+                    let text = input(&corpus, if whole { 2 } else { 6 }, &mut random);
+                    let options = any_options(&text, &mut |n| random.below(n));
+                    *current.lock().expect("a text") = format!("{text}\n{options:?}");
+                    since.store(now(), Ordering::Relaxed);
+                    let begun = Instant::now();
+                    let outcome = catch_unwind(AssertUnwindSafe(|| match whole {
+                        true => forcec::compile(&text, &options).map(|_| ()),
+                        false => syntax::parse(&Source::new("any.rs", text.as_str()))
+                            .and_then(|file| check::check(&file))
+                            .map(|_| ()),
+                    }));
+                    let time = begun.elapsed();
+                    since.store(0, Ordering::Relaxed);
+                    if time > slowest.0 {
+                        slowest = (time, text.clone());
+                    }
+                    match outcome {
+                        Err(_) => faults.push(format!("panics:\n{text}\n{options:?}")),
+                        Ok(_) if time > LONGEST => {
+                            faults.push(format!("takes {time:?}:\n{text}\n{options:?}"))
+                        }
+                        Ok(Err(errors)) => assert!(errors.has_errors() && !errors.to_string().is_empty()),
+                        Ok(Ok(())) => passed += 1,
+                    }
+                    if number % 10_000 == 9_999 {
+                        let (count, memory) = (faults.len(), most_memory());
+                        eprintln!(
+                            "{number}: {passed} pass, {count} faults, {memory} kB, slowest {:?}",
+                            slowest.0
+                        );
+                    }
                 }
-                match outcome {
-                    Err(_) => faults.push(format!("panics:\n{text}\n{options:?}")),
-                    Ok(_) if time > LONGEST => faults.push(format!("takes {time:?}:\n{text}\n{options:?}")),
-                    Ok(Err(errors)) => assert!(errors.has_errors() && !errors.to_string().is_empty()),
-                    Ok(Ok(())) => passed += 1,
-                }
-                if number % 10_000 == 9_999 {
-                    let (count, memory) = (faults.len(), most_memory());
-                    eprintln!(
-                        "{number}: {passed} pass, {count} faults, {memory} kB, slowest {:?}",
-                        slowest.0
-                    );
-                }
-            }
+            })
         });
         done.store(true, Ordering::Relaxed);
     });
