@@ -677,11 +677,20 @@ fn check_reports_every_kernel() {
     let names: Vec<&str> = kernels.iter().map(|kernel| kernel["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["drag", "spring"]);
     assert!(kernels.iter().all(|kernel| kernel["passed"] == true));
+    // The verdict is about the precisions asked for.
+    let json = place.succeeds("check f --json --real f32 --mode strict").out;
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let text = json["kernels"][1]["text"].as_array().unwrap();
+    assert!(text.len() == 1 && text[0]["precision"] == "f32" && text[0]["failures"] == 0, "{text:?}");
+    assert!(text[0]["states"].as_u64() >= Some(36) && text[0]["worst"]["ratio"].as_f64() <= Some(4.0));
+    let table = place.succeeds("check f --real f64,f32").out;
+    assert_has(&table, &["of text", "f32", "invariants:"]);
+    assert!(table.lines().all(|line| line.chars().count() <= 120), "{table}");
     // What was not covered is part of the verdict: no state of the far family lies within the ball.
     let ball =
         "#[energy]\npub fn ball(p: Particle) -> Real { (1000.0 - p.position.norm_squared()).sqrt() }\n";
     place.write("ball.rs", ball);
-    assert_has(&place.succeeds("check ball.rs").out, &["pass, far not covered"]);
+    assert_has(&place.succeeds("check ball.rs").out, &["pass*", "note: ball: family `far` is not covered"]);
     let json: serde_json::Value = serde_json::from_str(&place.succeeds("check ball.rs --json").out).unwrap();
     assert_eq!(json["kernels"][0]["not_covered"], serde_json::json!(["far"]));
 }

@@ -28,6 +28,9 @@ const UNITS: f64 = 8.0;
 /// States beside one at which the text is evaluated too, where the state alone says that the kernel is worse.
 const NEIGHBOURS: usize = 8;
 
+/// Blocks that break the rule before others are no longer looked at closely: the verdict is known.
+const ENOUGH: usize = 24;
+
 /// A kernel as it is printed, in one precision.
 pub struct Printed<'a> {
     /// The precision.
@@ -120,14 +123,18 @@ impl<'a> Judge<'a> {
             start += array.entries.len();
             let (Some(exact), Some(written)) = (&truth.results[index], &text[index]) else { continue };
             let sizes = exact.iter().map(|x| x.to_f64().abs()).filter(|x| *x > truth.noise);
-            let allowed = UNITS * self.unit(sizes.fold(0.0, f64::max)) + truth.noise;
+            let whole = self.unit(sizes.fold(0.0, f64::max));
+            let allowed = UNITS * whole + truth.noise;
             let (rows, columns) = self.blocks(array);
             for (rows, columns) in rows.iter().flat_map(|rows| columns.iter().map(move |c| (rows, c))) {
                 let places = rows.clone().flat_map(|r| columns.clone().map(move |c| r * array.columns + c));
                 let places: Vec<usize> = places.collect();
-                let lost =
-                    places.iter().copied().find(|k| written[*k].is_finite() && !kernel[*k].is_finite());
-                let lost = lost.filter(|_| !truth.edges);
+                // Of what is beyond the format nothing finite is asked.
+                let is_lost = |k: usize| {
+                    let holds = exact[k].to_f64().abs() <= self.largest_number();
+                    holds && written[k].is_finite() && !kernel[k].is_finite()
+                };
+                let lost = places.iter().copied().find(|k| !truth.edges && is_lost(*k));
                 let Some((place, error)) = furthest(&places, kernel, exact) else { continue };
                 let by_text =
                     |written: &[f64], exact: &[Big]| furthest(&places, written, exact).map_or(0.0, |x| x.1);
@@ -139,6 +146,9 @@ impl<'a> Judge<'a> {
                     None => (error - allowed) / text_error,
                 };
                 if lost.is_none() && ratio(text_error) > FACTOR {
+                    if self.found.failures() >= ENOUGH {
+                        continue;
+                    }
                     let neighbours = neighbours.get_or_insert_with(|| self.neighbours(state, beside));
                     let errors = neighbours.iter().filter_map(|(known, written)| {
                         Some(by_text(written[index].as_ref()?, known.results[index].as_ref()?))
@@ -156,11 +166,12 @@ impl<'a> Judge<'a> {
                     error,
                     text_error,
                     allowed,
+                    units: error / whole,
                     ratio,
                     family,
                     inputs: self.places.inputs(&state.values),
                 };
-                self.found.note(part, family, lost.is_some(), ratio, FACTOR, entry);
+                self.found.note(part, lost.is_some(), ratio, FACTOR, entry);
             }
         }
     }
@@ -200,6 +211,13 @@ impl<'a> Judge<'a> {
             }
         }
         found
+    }
+
+    fn largest_number(&self) -> f64 {
+        match self.printed.precision {
+            Precision::F64 => f64::MAX,
+            Precision::F32 => f64::from(f32::MAX),
+        }
     }
 
     /// The next larger number of the precision.

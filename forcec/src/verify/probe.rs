@@ -5,10 +5,12 @@
 
 use super::Subject;
 use super::big::Big;
+use super::dual::Scalar;
 use super::input_errors;
 use super::oracle::{Oracle, Point, Singular};
 use super::source::Source;
 use super::tape::Tape;
+use super::written::Written;
 use crate::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
 use crate::definition::Definition;
 use crate::eval;
@@ -17,6 +19,7 @@ use crate::ops::Function;
 use crate::outputs::Part;
 use crate::places::Inputs;
 use crate::places::Places;
+use crate::plan::Precision;
 use crate::scalar::Id;
 use crate::states::{Family, Random, State, draw, seed};
 use crate::vector::Graph;
@@ -78,6 +81,22 @@ impl<'a> Probe<'a> {
     pub fn program(&self, inputs: &[f64]) -> Vec<f64> {
         let input = |slot| Big::from_f64(inputs[self.places.place(slot)]);
         eval::evaluate(self.subject.program, &input).iter().map(Big::to_f64).collect()
+    }
+
+    /// What the program computes, from the source as written with dual numbers, in a precision or in 320 bits.
+    pub fn text(&self, precision: Option<Precision>, inputs: &[f64]) -> Vec<f64> {
+        match precision {
+            Some(Precision::F64) => self.written::<f64>(inputs),
+            Some(Precision::F32) => self.written::<f32>(inputs),
+            None => self.written::<Big>(inputs),
+        }
+    }
+
+    fn written<F: Scalar>(&self, inputs: &[f64]) -> Vec<f64> {
+        let written: Written<F> = Written::new(self.subject.source, &self.places);
+        let text = written.at(inputs.iter().map(|x| F::of(*x)).collect(), true);
+        let arrays = self.subject.program.arrays.iter();
+        arrays.flat_map(|array| text.part(array.part)).map(|x| x.wide()).collect()
     }
 
     /// The entry of an argument among the inputs.

@@ -412,6 +412,7 @@ fn object(report: &Report) -> String {
                 ("blocks", broken.blocks.to_string()),
                 ("not_finite", broken.lost.to_string()),
                 ("ratio", number(broken.ratio)),
+                ("units", number(broken.units)),
             ])
         });
         fields(&[
@@ -469,6 +470,7 @@ fn text_entry(e: &TextEntry) -> String {
         ("error", number(e.error)),
         ("text_error", number(e.text_error)),
         ("allowed", number(e.allowed)),
+        ("units", number(e.units)),
         ("ratio", number(e.ratio)),
         ("family", string(e.family.name())),
         ("inputs", inputs(&e.inputs)),

@@ -145,6 +145,8 @@ pub struct TextEntry {
     pub text_error: f64,
     /// What is allowed however exact the text is.
     pub allowed: f64,
+    /// The error of the kernel in units in the last place of the largest entry of the whole output.
+    pub units: f64,
     /// (error − allowed) / text_error, a failure above 4; infinite where the text is finite and the kernel is not.
     pub ratio: f64,
     /// The kind of state.
@@ -162,6 +164,9 @@ pub struct Broken {
     pub lost: usize,
     /// The largest ratio.
     pub ratio: f64,
+    /// The largest error in units in the last place of the largest entry of the whole output: no more than a few where a
+    /// block is small beside the others and its digits are lost in sums with these.
+    pub units: f64,
 }
 
 /// A kernel as it is printed against the text as it is written, in one precision.
@@ -188,7 +193,6 @@ impl TextComparison {
     pub(crate) fn note(
         &mut self,
         array: Part,
-        family: Family,
         lost: bool,
         ratio: f64,
         most: f64,
@@ -196,10 +200,12 @@ impl TextComparison {
     ) {
         self.blocks += 1;
         if ratio > most {
-            let broken = self.broken.entry((array, family)).or_default();
+            let entry = entry();
+            let broken = self.broken.entry((array, entry.family)).or_default();
             broken.blocks += 1;
             broken.lost += usize::from(lost);
             broken.ratio = broken.ratio.max(ratio);
+            broken.units = broken.units.max(entry.units);
         }
         if self.worst.as_ref().is_none_or(|worst| ratio > worst.ratio) {
             self.worst = Some(entry());
