@@ -5,18 +5,24 @@
 //! to the runtime; or every message, each at its own token. A message does not take the functions away, so that editors
 //! keep completing in them.
 
+mod places;
+mod plain;
+
 use crate::compile::{Stages, compile_file, fitted};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::identifiers::is_module;
 use crate::kernel::Precision;
 use crate::layouts::Layout;
+use crate::manifest;
 use crate::options::Request;
 use crate::outputs::Part;
-use crate::span::{Source, Span};
+use crate::span::{Source, Span, shown};
 use crate::syntax::{self, ast};
 use crate::targets::rust::{body_type, kernel_module, module_name};
 use crate::ties::{COMPANIONS, Companion, ties};
-use proc_macro2::{Delimiter, Group, Ident, Literal, Spacing, TokenStream, TokenTree};
+use places::{Places, mixed};
+use plain::{FORCES, is_named, is_pi, names_pi, plain, without_inner};
+use proc_macro2::{Delimiter, Group, Ident, Literal, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -40,14 +46,15 @@ pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStr
         Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
     };
     let mut marked = attribute;
-    marked.extend(item);
+    marked.extend(item.clone());
     let items = match syn::parse2::<syn::Item>(marked.clone()) {
         Ok(item) => vec![item],
         Err(error) => return error.to_compile_error(),
     };
-    let own: TokenStream = items.iter().map(plain).collect();
+    let own = plain(item, true);
     let kernels = compiled(&items, marked, &Reading { name: &name_of(&read), alone: true });
-    quote!(#own #kernels)
+    let pi = names_pi(&own).then(is_pi);
+    quote!(#own #kernels #pi)
 }
 
 /// `#[domain(…)]` where it stands above the attribute that reads it: it goes below.
@@ -55,15 +62,13 @@ pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
     if let Some(error) = unfit(&item) {
         return error.into_iter().chain(item).collect();
     }
-    if let Ok(syn::Item::Fn(mut function)) = syn::parse2::<syn::Item>(item.clone())
-        && let Some(at) = function.attrs.iter().rposition(|attribute| is_ours(attribute, &FORCES))
+    let mut tokens: Vec<TokenTree> = item.clone().into_iter().collect();
+    let mark = |token: &TokenTree| matches!(token, TokenTree::Group(group) if is_named(group, &FORCES));
+    if let Ok(syn::Item::Fn(function)) = syn::parse2::<syn::Item>(item.clone())
+        && let Some(at) = tokens.iter().take(2 * function.attrs.len()).rposition(mark)
     {
-        let below: Vec<syn::Attribute> = function.attrs.split_off(at + 1);
-        let (attributes, rest) = (function.attrs.clone(), {
-            function.attrs = below;
-            function
-        });
-        return quote!(#(#attributes)* #[domain(#options)] #rest);
+        tokens.splice(at + 1..at + 1, quote!(#[domain(#options)]));
+        return tokens.into_iter().collect();
     }
     let message = Diagnostic::error(
         Span::default(),
@@ -80,8 +85,8 @@ pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
     if let Some(error) = unfit(&item) {
         return error.into_iter().chain(item).collect();
     }
-    let mut module = match syn::parse2::<syn::Item>(item.clone()) {
-        Ok(syn::Item::Mod(module)) if module.content.is_some() => module,
+    match syn::parse2::<syn::Item>(item.clone()) {
+        Ok(syn::Item::Mod(module)) if module.content.is_some() => {}
         Ok(other) => {
             let message = Diagnostic::error(
                 Span::default(),
@@ -92,19 +97,24 @@ pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
             return complaint(&message, first(&other), first(&other)).into_iter().chain(item).collect();
         }
         Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
-    };
+    }
     let mut marked = attribute("forces", &options);
-    marked.extend(item);
+    marked.extend(item.clone());
     let read = match syn::parse2::<syn::Item>(marked.clone()) {
         Ok(read) => read,
         Err(error) => return error.to_compile_error(),
     };
     let kernels = compiled(&[read], marked, &Reading { name: "forces", alone: false });
-    if let Some((_, items)) = &mut module.content {
-        let own = items.iter().map(plain).map(syn::Item::Verbatim);
-        *items = own.chain([syn::Item::Verbatim(kernels)]).collect();
+    let mut own: Vec<TokenTree> = plain(item, false).into_iter().collect();
+    // The body of the module is its last token.
+    if let Some(TokenTree::Group(body)) = own.pop() {
+        let (items, span) = (body.stream(), body.span());
+        let pi = names_pi(&items).then(is_pi);
+        let mut body = Group::new(Delimiter::Brace, quote!(#items #kernels #pi));
+        body.set_span(span);
+        own.push(body.into());
     }
-    module.into_token_stream()
+    own.into_iter().collect()
 }
 
 /// `include_forces!("joints.rs")`: a module named as the file is, with all that stands in it. The path counts from the
@@ -122,7 +132,7 @@ pub fn file(input: TokenStream) -> TokenStream {
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
         Err(error) => {
-            let label = format!("`{}`: {error}", path.display());
+            let label = format!("`{}`: {error}", shown(&path));
             return failed("cannot read the force file", label, "the path counts from the file it stands in");
         }
     };
@@ -164,11 +174,12 @@ pub fn file(input: TokenStream) -> TokenStream {
     if let Some(error) = unfit(&tokens) {
         return error;
     }
-    let file = match syn::parse2::<syn::File>(tokens) {
+    let file = match syn::parse2::<syn::File>(tokens.clone()) {
         Ok(file) => file,
         Err(error) => return error.to_compile_error(),
     };
-    let own = file.items.iter().map(plain);
+    let own = plain(without_inner(tokens), false);
+    let pi = names_pi(&own).then(is_pi);
     let docs = file.attrs.iter().filter(|attribute| attribute.path().is_ident("doc"));
     let visibilities = visibilities(&file.items);
     let kernels = kernels(&functions, &ast, &visibilities, "forces", &included.request);
@@ -176,17 +187,12 @@ pub fn file(input: TokenStream) -> TokenStream {
         pub mod #name {
             #(#docs)*
             #watched
-            #(#own)*
+            #own
             #kernels
+            #pi
         }
     }
 }
-
-/// The attributes of force functions.
-const FORCES: [&str; 3] = ["constraint", "energy", "force"];
-
-/// All attributes that mean nothing to rustc.
-const OURS: [&str; 5] = ["constraint", "energy", "force", "forces", "domain"];
 
 /// `"joints.rs", real = f32`
 struct Included {
@@ -277,8 +283,12 @@ fn compiled(items: &[syn::Item], tokens: TokenStream, reading: &Reading<'_>) -> 
     let request = Request::default();
     let places = Places::new(tokens);
     let source = Source::new(reading.name, places.text.as_str());
-    let result = syntax::from_items(source, &[], items, |span| places.of(span))
-        .and_then(|ast| Ok((Functions::compile(&ast, &request)?, ast)));
+    let result = syntax::from_items(source, &[], items, |span| places.of(span)).and_then(|ast| {
+        match mixed(&ast, &places) {
+            errors if errors.is_empty() => Ok((Functions::compile(&ast, &request)?, ast)),
+            errors => Err(Diagnostics::new(ast.source, errors)),
+        }
+    });
     match result {
         Ok((functions, _)) if functions.forces.is_empty() => {
             let here = proc_macro2::Span::call_site();
@@ -405,9 +415,10 @@ fn kernels(
             }
             let module = format_ident!("{}", module_name(kernel, precision));
             let visibility = visibilities.get(source);
+            // A kernel may be there to be read only.
             names.extend(quote! {
-                #[allow(unused_imports, reason = "a kernel may be there to be read only")]
                 #visibility use #inner::#module;
+                const _: () = _ = #module::NAME;
             });
             for body in &kernel.schedule.signature.bodies {
                 let row = body.kind.row();
@@ -428,7 +439,6 @@ fn kernels(
     let others = others.iter().map(|(module, modules)| {
         let name = format_ident!("{module}");
         quote! {
-            #[allow(dead_code, non_snake_case, reason = "a world calls what it needs; no function has such a name")]
             mod #name {
                 use super::{#(#bodies),*};
                 #modules
@@ -437,7 +447,7 @@ fn kernels(
     });
     let several = several.iter().map(|text| parsed(text));
     let bodies = (!bodies.is_empty()).then(|| quote!(use ::forcec_runtime::{#(#bodies),*};));
-    quote! {
+    let kernels = quote! {
         #names
         mod #inner {
             #bodies
@@ -445,59 +455,25 @@ fn kernels(
             #modules
             #(#others)*
         }
+    };
+    match manifest::runtime() {
+        Some(name) => renamed(kernels, &name),
+        None => kernels,
     }
 }
 
-/// An item as rustc is to see it: without our attributes, and with leave to have as many arguments as it needs.
-fn plain(item: &syn::Item) -> TokenStream {
-    let keep = |attributes: &mut Vec<syn::Attribute>| attributes.retain(|it| !is_ours(it, &OURS));
-    match item.clone() {
-        syn::Item::Fn(mut function) => {
-            let source = function
-                .attrs
-                .iter()
-                .any(|attribute| is_ours(attribute, &FORCES))
-                .then(|| quote!(#[allow(dead_code, reason = "what is called may be the kernel alone")]));
-            keep(&mut function.attrs);
-            let many = (function.sig.inputs.len() > 7).then(|| {
-                quote!(#[allow(clippy::too_many_arguments, reason = "they are the parameters of a force")])
-            });
-            let body = || function.block.to_token_stream();
-            let loops = mentions(body(), &["for"]).then(|| {
-                quote!(#[allow(clippy::needless_range_loop, reason = "the force language has no iterators")])
-            });
-            let future = mentions(body(), &["erf", "erfc"]).then(|| {
-                quote!(#[allow(unstable_name_collisions, reason = "the standard library's would be the same")])
-            });
-            quote!(#source #many #loops #future #function)
+/// Tokens of ours that name the runtime as the crate around calls it.
+fn renamed(tokens: TokenStream, name: &str) -> TokenStream {
+    let token = |token| match token {
+        TokenTree::Ident(ident) if ident == "forcec_runtime" => Ident::new(name, ident.span()).into(),
+        TokenTree::Group(group) => {
+            let mut inner = Group::new(group.delimiter(), renamed(group.stream(), name));
+            inner.set_span(group.span());
+            inner.into()
         }
-        syn::Item::Mod(mut module) => {
-            keep(&mut module.attrs);
-            if let Some((_, items)) = &mut module.content {
-                *items = items.iter().map(|item| syn::Item::Verbatim(plain(item))).collect();
-            }
-            module.into_token_stream()
-        }
-        other => other.into_token_stream(),
-    }
-}
-
-/// Whether one of these words is among the tokens.
-fn mentions(tokens: TokenStream, words: &[&str]) -> bool {
-    tokens.into_iter().any(|token| match token {
-        TokenTree::Ident(ident) => words.iter().any(|word| ident == word),
-        TokenTree::Group(group) => mentions(group.stream(), words),
-        _ => false,
-    })
-}
-
-fn is_ours(attribute: &syn::Attribute, names: &[&str]) -> bool {
-    let segments: Vec<String> = attribute.path().segments.iter().map(|part| part.ident.to_string()).collect();
-    match segments.as_slice() {
-        [name] => names.contains(&name.as_str()),
-        [place, name] => place.starts_with("forcec") && names.contains(&name.as_str()),
-        _ => false,
-    }
+        other => other,
+    };
+    tokens.into_iter().map(token).collect()
 }
 
 /// Who may see each function.
@@ -527,78 +503,6 @@ fn attribute(name: &str, options: &TokenStream) -> TokenStream {
 fn first(item: &syn::Item) -> proc_macro2::Span {
     let tokens = item.to_token_stream().into_iter();
     tokens.map(|token| token.span()).next().unwrap_or_else(proc_macro2::Span::call_site)
-}
-
-/// The tokens of an input in order, and as a text of their own: our places are places in that text.
-#[derive(Default)]
-struct Places {
-    text: String,
-    tokens: Vec<(Span, proc_macro2::Span)>,
-    by_start: HashMap<(usize, usize), usize>,
-}
-
-impl Places {
-    fn new(tokens: TokenStream) -> Places {
-        let mut places = Places::default();
-        let mut pending = vec![tokens.into_iter()];
-        // The closing brackets of the streams that are open.
-        let mut closing: Vec<(&str, proc_macro2::Span)> = Vec::new();
-        while let Some(stream) = pending.last_mut() {
-            match stream.next() {
-                Some(TokenTree::Group(group)) => {
-                    let (open, close) = match group.delimiter() {
-                        Delimiter::Parenthesis => ("(", ")"),
-                        Delimiter::Brace => ("{", "}"),
-                        Delimiter::Bracket => ("[", "]"),
-                        Delimiter::None => ("", ""),
-                    };
-                    places.token(open, group.span_open());
-                    closing.push((close, group.span_close()));
-                    pending.push(group.stream().into_iter());
-                }
-                Some(token) => {
-                    places.token(&token.to_string(), token.span());
-                    // What stands together stays together: `**` is no `* *`.
-                    if matches!(&token, TokenTree::Punct(mark) if mark.spacing() == Spacing::Joint) {
-                        places.text.pop();
-                    }
-                }
-                None => {
-                    pending.pop();
-                    if let Some((close, span)) = closing.pop() {
-                        places.token(close, span);
-                    }
-                }
-            }
-        }
-        places
-    }
-
-    fn token(&mut self, text: &str, span: proc_macro2::Span) {
-        let start = span.start();
-        self.by_start.entry((start.line, start.column)).or_insert(self.tokens.len());
-        let from = self.text.len() as u32;
-        self.text.push_str(text);
-        self.tokens.push((Span { start: from, end: self.text.len() as u32 }, span));
-        self.text.push(' ');
-    }
-
-    /// Our place of a token.
-    fn of(&self, span: proc_macro2::Span) -> Span {
-        let start = span.start();
-        let index = self.by_start.get(&(start.line, start.column));
-        index.map_or_else(Span::default, |index| self.tokens[*index].0)
-    }
-
-    /// The first and the last token of a place.
-    fn ends(&self, span: Option<Span>) -> (proc_macro2::Span, proc_macro2::Span) {
-        let here = proc_macro2::Span::call_site();
-        let Some(span) = span.filter(|span| span.start < span.end) else { return (here, here) };
-        let first = self.tokens.partition_point(|(token, _)| token.start < span.start);
-        let last = self.tokens.partition_point(|(token, _)| token.end < span.end);
-        let at = |index: usize| self.tokens.get(index).map_or(here, |(_, span)| *span);
-        (at(first), at(last))
-    }
 }
 
 /// An error of rustc's with our text, from one token to another.

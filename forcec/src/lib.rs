@@ -25,6 +25,8 @@ pub mod layouts;
 pub mod library;
 #[cfg(feature = "cli")]
 pub mod lint;
+#[cfg(feature = "expand")]
+mod manifest;
 pub mod number;
 pub mod ops;
 pub mod optimize;

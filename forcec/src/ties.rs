@@ -16,7 +16,7 @@ use quote::{format_ident, quote};
 /// A kernel of the same function with other results, for what a world does not need the derivatives apart for.
 #[derive(Debug)]
 pub(crate) struct Companion {
-    /// The module that holds those of all functions; no kernel's name has two underscores.
+    /// The module that holds those of all functions; no kernel's name begins so.
     pub(crate) module: &'static str,
     pub(crate) outputs: &'static [Part],
     /// Whether a function has it.
@@ -26,15 +26,15 @@ pub(crate) struct Companion {
 /// What a world measures; what an explicit method takes; and what an implicit step takes, of what has multipliers and of
 /// what has none.
 pub(crate) static COMPANIONS: [Companion; 4] = [
-    Companion { module: "forcec__values", outputs: &[Part::Value], is_of: |law| law.rows() > 0 },
-    Companion { module: "forcec__loads", outputs: &[Part::Force], is_of: |_| true },
+    Companion { module: "forcec_values", outputs: &[Part::Value], is_of: |law| law.rows() > 0 },
+    Companion { module: "forcec_loads", outputs: &[Part::Force], is_of: |_| true },
     Companion {
-        module: "forcec__steps",
+        module: "forcec_steps",
         outputs: &[Part::Multiplier, Part::Force, Part::MultiplierStep, Part::Held],
         is_of: Law::has_multipliers,
     },
     Companion {
-        module: "forcec__steps",
+        module: "forcec_steps",
         outputs: &[Part::Force, Part::Matrix],
         is_of: |law| !law.has_multipliers(),
     },
@@ -228,7 +228,7 @@ fn numbers(function: &Stages, precision: Precision) -> TokenStream {
     let real = format_ident!("{}", precision.name());
     if !signature.has_given() {
         return quote! {
-            fn write_params(_params: &(), _numbers: &mut ::std::vec::Vec<#real>) {}
+            fn write_params(_params: &(), _numbers: &mut ::forcec_runtime::Numbers<#real>) {}
 
             fn read_params(_numbers: &mut dyn ::core::iter::Iterator<Item = #real>) -> ::core::option::Option<()> {
                 ::core::option::Option::Some(())
@@ -264,7 +264,7 @@ fn numbers(function: &Stages, precision: Precision) -> TokenStream {
     let (empty, fill): (Vec<TokenStream>, Vec<TokenStream>) = reads.unzip();
     quote! {
         #[inline]
-        fn write_params(params: &#module::Params, numbers: &mut ::std::vec::Vec<#real>) {
+        fn write_params(params: &#module::Params, numbers: &mut ::forcec_runtime::Numbers<#real>) {
             #(#writes)*
         }
 

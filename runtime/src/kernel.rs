@@ -26,6 +26,10 @@ impl BodyKind {
     }
 }
 
+/// A list of numbers: parameters are written to one. Kernels name it so that a crate without the standard library can have
+/// them.
+pub type Numbers<R> = Vec<R>;
+
 /// Bodies, an array for each type.
 #[derive(Clone, Copy, Debug)]
 pub struct Bodies<'a, R: RealField> {

@@ -64,7 +64,7 @@ pub use error::Error;
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
 pub use iterative::Solver;
-pub use kernel::{Bodies, BodyKind, Kernel, Linear, Measure, Parameters};
+pub use kernel::{Bodies, BodyKind, Kernel, Linear, Measure, Numbers, Parameters};
 pub use methods::Integrator;
 pub use nalgebra;
 pub use report::Report;

@@ -227,6 +227,90 @@ fn single_precision_is_single_throughout() {
     assert_eq!(out.force, [0.0, 0.0, -19.62_f32]);
 }
 
+/// Functions that `macro_rules!` makes: what they are given stays one value, and types, names and visibilities come through.
+mod by_macros {
+    use super::*;
+    use forcec_runtime::prelude::*;
+
+    macro_rules! product {
+        ($name:ident, $e:expr) => {
+            #[domain(k = 0.0..1e3)]
+            #[energy]
+            pub(super) fn $name(p: Particle, k: Real) -> Real {
+                let scale = 1.0;
+                p.position.x * $e * k * scale
+            }
+        };
+    }
+    product!(product, 1.0 + 2.0);
+
+    macro_rules! typed {
+        ($visibility:vis $name:ident, $ty:ty, $x:ident, $e:expr) => {
+            #[force]
+            $visibility fn $name(p: Particle, k: Real, $x: $ty) -> Vec3 {
+                -($e) * p.velocity - k * p.velocity
+            }
+        };
+    }
+    typed!(pub(super) drag, Real, x, x * x);
+
+    macro_rules! module {
+        ($module:ident, $e:expr) => {
+            #[forces]
+            mod $module {
+                use forcec_runtime::prelude::*;
+                #[energy]
+                pub fn weight(p: Particle) -> Real {
+                    p.position.x * $e
+                }
+            }
+        };
+    }
+    module!(weights, 1.0 + 2.0);
+
+    #[test]
+    fn a_function_and_its_kernel_are_the_same() {
+        let p = Particle { position: Vec3::x() * 5.0, velocity: Vec3::x(), ..Particle::default() };
+        assert_eq!(product(p, 1.0), 15.0);
+        let mut out = product::Output::default();
+        product::evaluate(&p, &product::Params { k: 1.0 }, &mut out);
+        assert_eq!(out.force[0], -3.0);
+        assert_eq!(drag(p, 1.0, 3.0).x, -10.0);
+        assert_eq!(weights::weight(p), 15.0);
+        let mut out = weights::weight::Output::default();
+        weights::weight::evaluate(&p, &mut out);
+        assert_eq!(out.force[0], -3.0);
+    }
+}
+
+/// Warnings of forcec are answered by names that rustc does not know.
+mod answered {
+    use forcec_runtime::prelude::*;
+
+    #[energy]
+    #[allow(singular, unused_variables, reason = "never short")]
+    pub fn rod(p: Particle, idle: Real) -> Real {
+        p.position.norm()
+    }
+
+    #[forces]
+    #[allow(singular, reason = "never short")]
+    mod rods {
+        use forcec_runtime::prelude::*;
+
+        #[allow(singular, nonlinear, reason = "never short")]
+        fn length(v: Vec3) -> Real {
+            v.norm() * PI
+        }
+
+        #[constraint]
+        #[allow(gauss_newton, reason = "never short")]
+        pub fn rod(p: Particle) -> Real {
+            length(p.position)
+        }
+    }
+}
+
 /// What nalgebra lacks.
 #[test]
 fn functions_of_the_language() {

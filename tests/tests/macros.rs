@@ -39,7 +39,8 @@ fn kernels(items: &[syn::Item], found: &mut BTreeMap<String, String>) {
     for item in items {
         let syn::Item::Mod(module) = item else { continue };
         // What a world needs beside is another request's.
-        if module.ident.to_string().starts_with("forcec__") {
+        let others = ["forcec_values", "forcec_loads", "forcec_steps"];
+        if others.iter().any(|other| module.ident == other) {
             continue;
         }
         match module.vis {

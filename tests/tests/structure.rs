@@ -30,7 +30,7 @@ const VOCABULARY: [&str; 22] = [
 ];
 
 /// The pipeline, in order: a module, and the earlier ones that it imports besides the vocabulary.
-const PIPELINE: [(&str, &[&str]); 20] = [
+const PIPELINE: [(&str, &[&str]); 21] = [
     ("syntax", &[]),
     ("check", &["syntax"]),
     ("derive", &[]),
@@ -45,7 +45,8 @@ const PIPELINE: [(&str, &[&str]); 20] = [
     ("compile", &["syntax", "check", "derive", "formula", "optimize", "prepare", "schedule", "kernel"]),
     ("library", &["kernel", "targets", "compile"]),
     ("ties", &["kernel", "targets", "compile"]),
-    ("expand", &["syntax", "kernel", "targets", "compile", "ties"]),
+    ("manifest", &[]),
+    ("expand", &["syntax", "kernel", "targets", "compile", "ties", "manifest"]),
     ("files", &["syntax", "kernel", "targets", "compile"]),
     ("scene", &["syntax", "check", "compile", "files"]),
     ("build", &["kernel", "compile", "files", "scene"]),
