@@ -20,7 +20,7 @@ mod several {
     use core::f64::consts::PI;
     use forcec_runtime::prelude::{Particle, Real, energy, forces};
 
-    const HALF: [Real; 2] = { [0.5, 0.5 * PI] };
+    const HALF: [Real; 2] = [0.5, 0.5 * PI];
 
     #[energy]
     fn unused_too(p: Particle) -> Real {
