@@ -18,7 +18,7 @@ fn unused_kernel(p: Particle, q: Rigid) -> Vec3 {
 #[forces]
 mod several {
     use core::f64::consts::PI;
-    use forcec_runtime::prelude::{Particle, Real, energy, forces};
+    use forcec_runtime::prelude::{Particle, Real};
 
     const HALF: [Real; 2] = [0.5, 0.5 * PI];
 
