@@ -437,8 +437,8 @@ impl<'d> Search<'d> {
                 continue;
             }
             node.operands().into_iter().for_each(|operand| reached[operand as usize] = true);
-            let Node::Call(function, x) = node else { continue };
-            let x = Term::Real(x[0].index());
+            let Node::Call(function, arguments) = node else { continue };
+            let Some(x) = arguments.first().map(|x| Term::Real(x.index())) else { continue };
             let wish = |want, bound| Wish { x, y: Term::Number(bound), want };
             match function.row().smooth {
                 FunctionDomain::AtLeast(bound) | FunctionDomain::Above(bound) => {
