@@ -366,7 +366,9 @@ fn nothing_overflows_on_the_way() {
         "x / (x.exp() - 1.0)",
         "x / x.exp_m1()",
         "x.exp() / (x.exp() - 1.0).powi(2)",
-        "x.ln_cosh() + x.softplus() + x.logistic()",
+        "x.ln_cosh()",
+        "x.softplus()",
+        "x.logistic()",
     ] {
         compare(body, &format!("let x = p.position.x;\n    {body}"), &points, 512.0);
     }
