@@ -78,10 +78,12 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
     }
     let full = lowering.is_full();
     let mut program = Program { signature, graph: lowering.scalar, arrays };
-    if full || program.operations().total() > most {
+    let live = program.live();
+    // A power takes few multiplications, however high.
+    let size = |(id, node): (Id, &scalar::Node)| if live[id.index()] { node.operands().len() } else { 0 };
+    if full || program.graph.iter().map(size).sum::<usize>() > most {
         return None;
     }
-    let live = program.live();
     lost.into_iter().filter(|id| live[id.index()]).for_each(|id| program.graph.set_residual(id));
     Some(program)
 }
