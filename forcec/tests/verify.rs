@@ -691,17 +691,17 @@ fn the_text_is_evaluated_as_written() {
     }
 }
 
-/// Walls at 1 m: k (x − 1)/3 on each particle, as a difference or multiplied out.
+/// Walls at 1.25 m: k (x − 1.25)/3 on each particle, as a difference or multiplied out.
 fn walls(g: &mut Graph, expanded: bool) -> Law {
     let forces = (0..4).map(|body| {
         let (x, k) = (position(g, body), real(g, 0));
         let z = g.component(x, 2);
         let third = Exact::ratio(1, 3);
         let push = if expanded {
-            g.sum(-&third, vec![(third, z)])
+            g.sum(Exact::ratio(-5, 12), vec![(third, z)])
         } else {
-            let (one, three) = (g.one(), g.constant(Exact::from(3)));
-            let gap = g.sub(z, one);
+            let (wall, three) = (g.constant(Exact::ratio(5, 4)), g.constant(Exact::from(3)));
+            let gap = g.sub(z, wall);
             g.div(gap, three)
         };
         let (push, zero) = (g.mul(k, push), g.zero());
@@ -732,7 +732,8 @@ fn a_kernel_worse_than_its_text_fails() {
     let written = sample("walls", &kinds, &[("k", REAL)], |g| walls(g, false));
     let expanded = sample("walls", &kinds, &[("k", REAL)], |g| walls(g, true));
     let report = judged(&written, &expanded.program(), |_| {});
-    assert!(!report.passed && report.comparisons.iter().all(|c| c.failures == 0));
+    assert!(report.comparisons.iter().all(|c| c.failures == 0), "{}", report.table());
+    assert!(!report.passed, "{}", report.table());
     let worst = report.text[0].worst.as_ref().expect("blocks were compared");
     assert!(
         report.text[0].failures() > 3 && worst.ratio > 4.0 && worst.name.starts_with("force["),
