@@ -229,7 +229,6 @@ fn single_precision_is_single_throughout() {
 
 /// Functions that `macro_rules!` makes: what they are given stays one value, and types, names and visibilities come through.
 mod by_macros {
-    use super::*;
     use forcec_runtime::prelude::*;
 
     macro_rules! product {
@@ -260,7 +259,7 @@ mod by_macros {
             mod $module {
                 use forcec_runtime::prelude::*;
                 #[energy]
-                pub fn weight(p: Particle) -> Real {
+                pub(super) fn weight(p: Particle) -> Real {
                     p.position.x * $e
                 }
             }
@@ -289,7 +288,7 @@ mod answered {
 
     #[energy]
     #[allow(singular, unused_variables, reason = "never short")]
-    pub fn rod(p: Particle, idle: Real) -> Real {
+    pub(crate) fn rod(p: Particle, idle: Real) -> Real {
         p.position.norm()
     }
 
@@ -305,7 +304,7 @@ mod answered {
 
         #[constraint]
         #[allow(gauss_newton, reason = "never short")]
-        pub fn rod(p: Particle) -> Real {
+        pub(crate) fn rod(p: Particle) -> Real {
             length(p.position)
         }
     }
