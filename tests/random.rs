@@ -62,7 +62,7 @@ fn expression(random: &mut Random, depth: u32, vector: bool) -> String {
             .choose(if vector {
                 &["a.position", "b.position", "(b.position - a.position)", "u", "<w>"]
             } else {
-                &["0.7", "k", "s", "u.y", "a.position.x", "b.position.z", "m[(0, 1)]", "<t>"]
+                &["h", "k", "s", "u.y", "a.position.x", "b.position.z", "m[(0, 1)]", "<t>"]
             })
             .to_owned();
     }
@@ -88,6 +88,6 @@ pub fn function(number: u64) -> String {
     let value = expression(&mut random, 4, false).replace("<t>", "t").replace("<w>", "w");
     format!(
         "#[{kind}]\npub fn random_{number}(a: Rigid, b: Particle, k: Real, s: Real, u: Vec3, m: Mat3) -> Real {{\n    \
-         let t = {t};\n    let w = {w};\n    {value}\n}}\n"
+         let h: Real = 0.7;\n    let t: Real = {t};\n    let w = {w};\n    {value}\n}}\n"
     )
 }

@@ -80,6 +80,8 @@ fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
                 }
             }
             Node::Let(x) => at(x.index()),
+            Node::Offset(x, number) => real(at(x.index())[0] + number.to_f64()),
+            Node::VectorOffset(v, place) => std::array::from_fn(|k| at(v.index())[k] + place[k].to_f64()),
             Node::VectorLet(x) => at(x.index()),
             Node::Triple(slot) => triple(slot),
             Node::Difference(p, q) => std::array::from_fn(|k| triple(p)[k] - triple(q)[k]),
