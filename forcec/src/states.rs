@@ -62,6 +62,7 @@ impl Family {
     }
 
     /// Whether functions of this signature have such states: no sliver is made of two points, no scale of no number.
+    #[cfg(feature = "verify")]
     pub(crate) fn applies(self, places: &Places) -> bool {
         let signature = &places.signature;
         match self {
@@ -72,6 +73,7 @@ impl Family {
     }
 
     /// How many of them there are where others have so many.
+    #[cfg(feature = "verify")]
     pub(crate) fn states(self, states: usize) -> usize {
         match self {
             Family::Degenerate | Family::Named => states.div_ceil(2),
@@ -330,6 +332,7 @@ fn stated(places: &Places, values: &mut [f64], random: &mut Random) {
 
 /// Brings values that were moved back to where they may be: quaternions and unit vectors to length one, ranges to their
 /// ends, what is known to what it is.
+#[cfg(feature = "verify")]
 pub(crate) fn project(places: &Places, values: &mut [f64]) {
     each(places, values, &[Role::Orientation], |_, q| {
         let unit = unit_quaternion(q);
@@ -383,7 +386,7 @@ fn degenerate(places: &Places, state: &mut State, index: usize, random: &mut Ran
             let along: f64 = apart.iter().zip(&axis).map(|(x, a)| x * a).sum();
             for k in 0..3 {
                 let (flat, across) = (along * axis[k], apart[k] - along * axis[k]);
-                let kept = if index % 3 == 0 { aspect * flat + across } else { flat + aspect * across };
+                let kept = if index.is_multiple_of(3) { aspect * flat + across } else { flat + aspect * across };
                 state.values[at + k] = centre[k] + kept;
             }
         }

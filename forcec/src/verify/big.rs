@@ -461,6 +461,7 @@ impl Number for Big {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ops::FunctionDomain;
 
     fn close(x: &Big, y: &Big, bits: i32) {
         let error = (x.clone() - y.clone()).exponent();
@@ -483,7 +484,12 @@ mod tests {
         let points = [0.02, 0.3, 0.77, 0.99];
         for function in Function::ALL {
             for (x, y) in points.iter().flat_map(|x| points.map(|y| (*x, y))) {
-                let arguments = &[x, y][..function.row().arity];
+                // Where a function is defined from a bound on, beyond that.
+                let from = match function.row().domain {
+                    FunctionDomain::AtLeast(bound) | FunctionDomain::Above(bound) => bound.max(0.0),
+                    _ => 0.0,
+                };
+                let arguments = &[from + x, y][..function.row().arity];
                 let wide: Vec<Big> = arguments.iter().map(|x| Big::from_f64(*x)).collect();
                 let (value, expected) =
                     (Big::call(function, &wide).to_f64(), (function.row().value)(arguments));

@@ -218,7 +218,7 @@ impl<F: Scalar> Arithmetic for Dual<F> {
             Function::Powf if arguments[1].is_constant() => arguments[0].power(&values[1]),
             Function::Powf => {
                 let (base, exponent) = (x(0), x(1));
-                let (power, ln) = (value(), F::call(Function::Ln, &[base.clone()]));
+                let (power, ln) = (value(), F::call(Function::Ln, std::slice::from_ref(&base)));
                 let below = F::call(Function::Powf, &[base.clone(), exponent.clone() - one.clone()]);
                 let slopes = [exponent.clone() * below.clone(), power.clone() * ln.clone()];
                 let second = F::call(Function::Powf, &[base, exponent.clone() - two]);
@@ -246,7 +246,7 @@ impl<F: Scalar> Arithmetic for Dual<F> {
             Function::Asin | Function::Acos => {
                 // f′ = ±1 / √(1 − x²), f″ = x f′ / (1 − x²)
                 let rest = one.clone() - square(x(0));
-                let slope = one / F::call(Function::Sqrt, &[rest.clone()]);
+                let slope = one / F::call(Function::Sqrt, std::slice::from_ref(&rest));
                 let slope = if function == Function::Asin { slope } else { -slope };
                 arguments[0].chain(value(), slope.clone(), x(0) * slope / rest)
             }

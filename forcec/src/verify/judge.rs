@@ -31,13 +31,16 @@ const NEIGHBOURS: usize = 8;
 /// Blocks that break the rule before others are no longer looked at closely: the verdict is known.
 const ENOUGH: usize = 24;
 
+/// What a kernel gives for the value of each argument.
+pub type Evaluate<'a> = dyn Fn(&dyn Fn(Slot) -> f64) -> Option<Vec<f64>> + 'a;
+
 /// A kernel as it is printed, in one precision.
 pub struct Printed<'a> {
     /// The precision.
     pub precision: Precision,
     /// Its outputs, every array row by row, in the order of the program, given the value of each argument. Numbers of the
     /// precision, as doubles. `None` if an entry is never written.
-    pub evaluate: &'a dyn Fn(&dyn Fn(Slot) -> f64) -> Option<Vec<f64>>,
+    pub evaluate: &'a Evaluate<'a>,
 }
 
 /// What the mathematics gives at a state.
@@ -57,8 +60,11 @@ impl Known {
     }
 }
 
-/// Every result at a state, row by row, in the order of the program; `None` for those left out.
-type Results<'a> = Box<dyn Fn(&[f64], bool) -> Vec<Option<Vec<f64>>> + 'a>;
+/// Every result row by row, in the order of the program; `None` for those left out.
+type Entries = Vec<Option<Vec<f64>>>;
+
+/// The results of a text at a state.
+type Results<'a> = Box<dyn Fn(&[f64], bool) -> Entries + 'a>;
 
 /// One kernel in one precision, and what was found so far.
 pub(super) struct Judge<'a> {
@@ -116,7 +122,7 @@ impl<'a> Judge<'a> {
             return;
         };
         let text = (self.text)(&state.values, truth.has_second(self.arrays));
-        let mut neighbours: Option<Vec<(Known, Vec<Option<Vec<f64>>>)>> = None;
+        let mut neighbours: Option<Vec<(Known, Entries)>> = None;
         let mut start = 0;
         for (index, array) in self.arrays.iter().enumerate() {
             let kernel = &kernel[start..start + array.entries.len()];
@@ -253,9 +259,9 @@ impl<'a> Judge<'a> {
         let rows = if row.rows == Axis::Coordinate {
             bodies.clone()
         } else {
-            vec![0..array.entries.len() / array.columns.max(1)]
+            std::iter::once(0..array.entries.len() / array.columns.max(1)).collect()
         };
-        (rows, if row.columns.is_none() { vec![0..1] } else { bodies })
+        (rows, if row.columns.is_none() { std::iter::once(0..1).collect() } else { bodies })
     }
 
     pub(super) fn finish(self) -> TextComparison {

@@ -25,7 +25,7 @@ mod written;
 pub use crate::places::Inputs;
 pub use crate::states::Family;
 pub use chosen::check_chosen;
-pub use judge::Printed;
+pub use judge::{Evaluate, Printed};
 pub use mutate::{Mutation, apply, mutate, mutations};
 pub use render::{json, table};
 pub use report::{
@@ -214,11 +214,22 @@ impl<'a> Checker<'a> {
             let mut state =
                 draw(self.places, self.oracle.is_constraint(), family, coverage.checked, &mut random);
             if coverage.singular >= states && 4 * coverage.checked <= coverage.singular {
-                state = self.search.regular(&state, &mut random).unwrap_or(state);
+                // A far state that is regular near the origin only is no far state.
+                let found = self.search.regular(&state, &mut random);
+                state = found.filter(|found| family != Family::Far || self.is_far(found)).unwrap_or(state);
             }
             let may_pass = coverage.checked.is_multiple_of(2) && passive < PASSIVE_DRAWS * states;
             passive += usize::from(!self.one(coverage, &state, may_pass, &mut random, options));
         }
+    }
+
+    /// Whether every body is further from the origin than states of order one.
+    fn is_far(&self, state: &State) -> bool {
+        let distance = |at: usize| state.values[at..at + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
+        let positions = (0..self.places.signature.bodies.len())
+            .filter_map(|body| self.places.field(body, Role::Position));
+        let length = self.places.signature.scale.length.unwrap_or(1.0);
+        positions.map(distance).all(|distance| distance > 1e3 * length)
     }
 
     /// Checks one state, or counts it as singular. Nothing of either where no force acts and `may_pass` is: then `false`.

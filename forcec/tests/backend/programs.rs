@@ -244,7 +244,7 @@ pub(crate) fn everything() -> Program {
     let nested = g.mul(total, axis[2]);
     outputs.push(g.sub(x, nested));
     let count = p.signature.freedoms();
-    let mut places = (0..2 * count * count).filter(|i| i % 11 != 3 && !(40..46).contains(i));
+    let mut places = (0..2 * count * count).filter(|i| i % 31 != 3 && !(40..46).contains(i));
     for (i, value) in outputs.into_iter().enumerate() {
         if i < 4 {
             p.set(Output::new(Part::Force, 2 * i, 0), value);
