@@ -5,8 +5,9 @@
 
 use crate::bodies::Slot;
 use crate::number::Number;
+use crate::ops::Operator;
 use crate::outputs::{self, Array, Part};
-use crate::scalar::{Id, Node, Operator, Program};
+use crate::scalar::{Id, Node, Program};
 
 /// The outputs of a kernel, in the order they are stored.
 #[derive(Clone, PartialEq, Debug)]

@@ -89,6 +89,19 @@ pub enum Function {
     AngleRatio(u8),
 }
 
+/// What stands between two operands in a text.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Operator {
+    /// x + y
+    Add,
+    /// x − y
+    Subtract,
+    /// x y
+    Multiply,
+    /// x / y
+    Divide,
+}
+
 /// Where a function is defined, or smooth. Beyond it the special families return anything.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum FunctionDomain {

@@ -7,7 +7,7 @@
 
 use crate::bodies::{Signature, Slot};
 use crate::exact::{self, Exact};
-use crate::ops::{Cost, Function};
+use crate::ops::{Cost, Function, Operator};
 use crate::outputs::{self, Array, Output, Part};
 use crate::vector::Comparison;
 use indexmap::IndexSet;
@@ -37,19 +37,6 @@ impl fmt::Debug for Id {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "s{}", self.0)
     }
-}
-
-/// What stands between two operands in a text.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum Operator {
-    /// x + y
-    Add,
-    /// x − y
-    Subtract,
-    /// x y
-    Multiply,
-    /// x / y
-    Divide,
 }
 
 /// One node; conditions live in the same arena.

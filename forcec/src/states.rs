@@ -386,7 +386,8 @@ fn degenerate(places: &Places, state: &mut State, index: usize, random: &mut Ran
             let along: f64 = apart.iter().zip(&axis).map(|(x, a)| x * a).sum();
             for k in 0..3 {
                 let (flat, across) = (along * axis[k], apart[k] - along * axis[k]);
-                let kept = if index.is_multiple_of(3) { aspect * flat + across } else { flat + aspect * across };
+                let kept =
+                    if index.is_multiple_of(3) { aspect * flat + across } else { flat + aspect * across };
                 state.values[at + k] = centre[k] + kept;
             }
         }

@@ -163,7 +163,7 @@ fn a_squared_length_is_smooth_behind_a_name() {
 #[test]
 fn inputs_and_numbers_are_pinned() {
     let texts = [
-        "2.0 * (a.position.y - 7.7) / 3.0",
+        "(2.0 * (a.position.y - 7.7) / 3.0).powi(2)",
         "((a.position - Vec3::new(1.5, 7.7, -2.5)) * 0.3).norm_squared()",
         "(k - 7.7) * a.position.x / 7.0",
         "((a.position.y - 7.7) / 3.0 + a.position.x * k).powi(2)",

@@ -38,10 +38,10 @@ fn long() -> ForceFile {
 
         /// One step after another.
         #[energy]
-        pub fn chain(a: Particle, b: Particle, c: [Real; 9]) -> Real {
+        pub fn chain(a: Particle, b: Particle, c: [Real; 12]) -> Real {
             let d = b.position - a.position;
             let (mut x, mut y, mut z) = (d.x, d.y, d.z);
-            for i in 0..9 {
+            for i in 0..12 {
                 let (p, q, r) = step(x, y, z, c[i]);
                 x = p;
                 y = q;

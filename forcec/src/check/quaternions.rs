@@ -68,11 +68,11 @@ fn conjugate_parts(g: &mut Graph, [x, y, z, w]: [Real; 4]) -> [Real; 4] {
 
 /// (u, w)(v, s) = (w v + s u + u×v, w s − u·v)
 fn hamilton(g: &mut Graph, p: [Real; 4], q: [Real; 4]) -> [Real; 4] {
-    // Rows: the terms of x, y, z, w as sign, entry of p, entry of q.
+    // Rows: the terms of x, y, z, w as sign, entry of p, entry of q, in nalgebra's order.
     const TERMS: [[(i64, usize, usize); 4]; 4] = [
         [(1, 3, 0), (1, 0, 3), (1, 1, 2), (-1, 2, 1)],
-        [(1, 3, 1), (1, 1, 3), (1, 2, 0), (-1, 0, 2)],
-        [(1, 3, 2), (1, 2, 3), (1, 0, 1), (-1, 1, 0)],
+        [(1, 3, 1), (-1, 0, 2), (1, 1, 3), (1, 2, 0)],
+        [(1, 3, 2), (1, 0, 1), (-1, 1, 0), (1, 2, 3)],
         [(1, 3, 3), (-1, 0, 0), (-1, 1, 1), (-1, 2, 2)],
     ];
     TERMS.map(|row| {
@@ -84,7 +84,7 @@ fn hamilton(g: &mut Graph, p: [Real; 4], q: [Real; 4]) -> [Real; 4] {
 /// p q
 pub(crate) fn product(g: &mut Graph, p: &Quaternion, q: &Quaternion) -> Quaternion {
     if let (Quaternion::Chain(p), Quaternion::Chain(q)) = (p, q)
-        && p.len() + q.len() <= LONGEST_CHAIN
+        && (g.simplifies() && p.len() + q.len() <= LONGEST_CHAIN || p.is_empty() || q.is_empty())
     {
         return Quaternion::Chain(p.iter().chain(q.iter()).copied().collect());
     }
@@ -111,6 +111,14 @@ pub(crate) fn rotate(g: &mut Graph, q: &Quaternion, v: Vector) -> Vector {
         Quaternion::Parts([x, y, z, w]) => {
             let u = g.pack([*x, *y, *z]);
             let t = g.cross(u, v);
+            if !g.simplifies() {
+                // ((2 u×v) w + u×(2 u×v)) + v, as nalgebra has it.
+                let two = g.constant(Exact::from(2));
+                let t = g.scale(two, t);
+                let (wt, ut) = (g.scale(*w, t), g.cross(u, t));
+                let turned = g.vector_add(wt, ut);
+                return g.vector_add(turned, v);
+            }
             let (wt, ut) = (g.scale(*w, t), g.cross(u, t));
             let two = Exact::from(2);
             g.vector_sum(vec![(Exact::ONE, v), (two.clone(), wt), (two, ut)])

@@ -82,7 +82,8 @@ fn function_item(item: Vec<TokenTree>, force: bool) -> TokenStream {
     // What is called may be the kernel alone.
     let deprecated = function.attrs.iter().any(|attribute| attribute.path().is_ident("deprecated"));
     let name = &function.sig.ident;
-    let used = (force && !deprecated).then(|| quote!(const _: () = _ = #name;));
+    let generic = !function.sig.generics.params.is_empty();
+    let used = (force && !deprecated && !generic).then(|| quote!(const _: () = _ = #name;));
     quote!(#many #loops #future #tokens #used)
 }
 

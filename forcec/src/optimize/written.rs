@@ -7,8 +7,8 @@
 use crate::bodies::{Role, Signature, Slot};
 use crate::definition::{Definition, Law, Row};
 use crate::exact::Exact;
-use crate::ops::Function;
-use crate::scalar::{Graph, Id, Operator};
+use crate::ops::{Function, Operator};
+use crate::scalar::{Graph, Id};
 use crate::vector::{Node, Real, Vector};
 
 #[derive(Clone, Copy)]

@@ -359,7 +359,10 @@ impl Builder<'_> {
             return;
         }
         self.family = family;
-        let value = self.expression(&self.items.items[item as usize]);
+        let value = match &self.items.items[item as usize] {
+            Item::Quotient(over, under) if self.items.written.contains(&item) => self.as_written(over, under),
+            item => self.expression(item),
+        };
         if !self.own_line[item as usize] {
             let value = self.fit_statement(value, Room::INLINE);
             self.values[item as usize] = Some(value);
@@ -457,6 +460,22 @@ impl Builder<'_> {
             Item::Or(a, b) => Expression::Or(self.pair(*a, *b)),
             Item::Not(a) => Expression::Not(Box::new(self.value(*a))),
         }
+    }
+
+    /// A product or quotient of which nothing becomes part; but signs move outward, which rounds nothing.
+    fn as_written(&mut self, over: &[ItemId], under: &[ItemId]) -> Expression {
+        let mut negative = false;
+        let mut unsigned = |value: Expression| match value {
+            Expression::Negative(x) => {
+                negative = !negative;
+                *x
+            }
+            value => value,
+        };
+        let over = over.iter().map(|item| unsigned(self.plain(*item))).collect();
+        let under = under.iter().map(|item| unsigned(self.plain(*item))).collect();
+        let value = Expression::Quotient(over, under);
+        if negative { negate(value) } else { value }
     }
 
     /// A smaller or larger of a smaller or larger gets two lines: linters take it for a clamp.

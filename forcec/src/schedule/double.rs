@@ -8,8 +8,8 @@
 
 use super::lower::{Edge, Item, ItemId, Lowering};
 use crate::exact::Exact;
-use crate::ops::Function;
-use crate::scalar::{Id, Node, Operator};
+use crate::ops::{Function, Operator};
+use crate::scalar::{Id, Node};
 
 /// high + low; without a low the high is all there is.
 #[derive(Clone, Copy, Debug)]

@@ -7,13 +7,13 @@
 
 use crate::bodies::Slot;
 use crate::exact::Exact;
-use crate::ops::{Cost, Function};
+use crate::ops::{Cost, Function, Operator};
 use crate::outputs::{Array, Output, Part};
-use crate::scalar::{Id, Node, Operator, Program};
+use crate::scalar::{Id, Node, Program};
 use crate::schedule::Style;
 use crate::schedule::double::Pair;
 use crate::vector::Comparison;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// An item, by its position.
 pub(super) type ItemId = u32;
@@ -81,6 +81,8 @@ pub(super) struct Items {
     pub(super) uses: Vec<u32>,
     /// The base and exponent of the items that are powers.
     pub(super) powers: FxHashMap<ItemId, (ItemId, u32)>,
+    /// The quotients that stay as the text has them.
+    pub(super) written: FxHashSet<ItemId>,
     /// What is computed, in order.
     pub(super) parts: Vec<Part>,
     /// Every output, in the order of the parts and rows.
@@ -102,6 +104,7 @@ pub(super) fn lower(program: &Program, style: Style) -> Items {
         scaled: FxHashMap::default(),
         power: FxHashMap::default(),
         powers: FxHashMap::default(),
+        written: FxHashSet::default(),
         chains: Chains::new(),
         pairs: FxHashMap::default(),
     };
@@ -114,14 +117,14 @@ pub(super) fn lower(program: &Program, style: Style) -> Items {
     for (output, id) in program.arrays.iter().flat_map(Array::outputs) {
         outputs.push((output, lowering.edge(*id)));
     }
-    let Lowering { items, sources, powers, .. } = lowering;
+    let Lowering { items, sources, powers, written, .. } = lowering;
     let mut uses = vec![0u32; items.len()];
     let reads = items.iter().flat_map(Item::operands);
     for item in reads.chain(outputs.iter().map(|(_, edge)| edge.item)) {
         uses[item as usize] += 1;
     }
     let parts = program.arrays.iter().map(|array| array.part).collect();
-    Items { items, sources, uses, powers, parts, outputs }
+    Items { items, sources, uses, powers, written, parts, outputs }
 }
 
 /// How often each node is read by a live node or an output; multiples are seen through.
@@ -152,6 +155,7 @@ pub(super) struct Lowering<'a> {
     scaled: FxHashMap<(ItemId, ItemId), ItemId>,
     power: FxHashMap<(ItemId, u32), ItemId>,
     powers: FxHashMap<ItemId, (ItemId, u32)>,
+    written: FxHashSet<ItemId>,
     chains: Chains,
     /// What is computed in doubled precision.
     pub(super) pairs: FxHashMap<Id, Pair>,
@@ -249,12 +253,15 @@ impl Lowering<'_> {
             }
             Node::Written(operator, x, y) => {
                 let (x, y) = (self.edge(*x), self.edge(*y));
-                match operator {
+                let item = match operator {
                     Operator::Add => Item::Sum(vec![x, y]),
                     Operator::Subtract => Item::Sum(vec![x, -y]),
                     Operator::Multiply => Item::Quotient(vec![x.item, y.item], vec![]),
                     Operator::Divide => Item::Quotient(vec![x.item], vec![y.item]),
-                }
+                };
+                let item = self.push(item);
+                self.written.insert(item);
+                return self.place(id, item);
             }
             Node::Held(x) => {
                 let item = self.edge(*x).item;

@@ -7,9 +7,9 @@
 use super::source::Source;
 use crate::bodies::{Domain, Parameter, ParameterType, Signature};
 use crate::exact::Exact;
-use crate::ops::Function;
+use crate::ops::{Function, Operator};
 use crate::places::Places;
-use crate::scalar::{Id, Node, Operator, Program};
+use crate::scalar::{Id, Node, Program};
 use crate::special;
 use crate::vector::{Comparison, Graph};
 use std::collections::BTreeMap;
