@@ -59,7 +59,11 @@ fn main() {
             plain::flat(random::#name(x.take(), x.take(), x.take(), x.take(), x.take(), x.take()))
         })
     });
-    let functions = functions.iter().map(|function| syn::ItemFn { attrs: Vec::new(), ..function.clone() });
+    let functions = functions.iter().map(|function| syn::ItemFn {
+        attrs: Vec::new(),
+        vis: syn::parse_quote!(pub(super)),
+        ..function.clone()
+    });
     let text = quote! {
         fn randoms() -> Vec<Random> { vec![#(Random { text: #texts, value: #values }),*] }
         #[allow(clippy::all, unused_parens, unused_variables, reason = "the functions are drawn at random")]

@@ -78,7 +78,7 @@ fn expression(random: &mut Random, depth: u32, vector: bool) -> String {
 }
 
 /// The text of the function of a number; it is called `random_N`.
-pub fn function(number: u64) -> String {
+pub(crate) fn function(number: u64) -> String {
     let mut random = Random(number.wrapping_mul(0x5851_f42d_4c95_7f2d));
     let kind = random.choose(&["energy", "constraint"]);
     // What is read before the names exist reads arguments in their place.

@@ -18,8 +18,11 @@ fn case(name: &str, mode: Mode) -> Vec<Stages> {
     compile(&Source::new(path, text), &|_| true, plan).unwrap_or_else(|errors| panic!("{errors}")).functions
 }
 
+/// F, and ∂F/∂X row by row.
+type Results = (Vec<f64>, Vec<f64>);
+
 /// What a kernel gives in one precision: F, then ∂F/∂X row by row.
-fn run<N: Number>(function: &Stages, inputs: &[N], wide: impl Fn(&N) -> f64) -> (Vec<f64>, Vec<f64>) {
+fn run<N: Number>(function: &Stages, inputs: &[N], wide: impl Fn(&N) -> f64) -> Results {
     let places = Places::new(&function.program.signature);
     let all = function.kernel.evaluate(&|slot| inputs[places.of(slot)].clone()).expect("all is written");
     let mut at = 0;
@@ -37,7 +40,7 @@ fn run<N: Number>(function: &Stages, inputs: &[N], wide: impl Fn(&N) -> f64) -> 
 }
 
 /// In both precisions: their names, how much a value may be off by, and F and ∂F/∂X.
-fn both(function: &Stages, inputs: &[f64]) -> [(&'static str, f64, (Vec<f64>, Vec<f64>)); 2] {
+fn both(function: &Stages, inputs: &[f64]) -> [(&'static str, f64, Results); 2] {
     let floats: Vec<f32> = inputs.iter().map(|x| *x as f32).collect();
     assert!(
         floats.iter().zip(inputs).all(|(x, y)| f64::from(*x) == *y || (f64::from(*x) / y - 1.0).abs() < 1e-7)
@@ -100,8 +103,8 @@ fn powers_of_quotients_stay_in_range() {
             }
         }
         // Argon, in metres and joules: dE/dr = 24 ε/r ((σ/r)⁶ − 2 (σ/r)¹²).
-        let (epsilon, sigma, r) = (1.65e-21, 3.4e-10, 4.0e-10);
-        let six = (sigma / r as f64).powi(6);
+        let (epsilon, sigma, r): (f64, f64, f64) = (1.65e-21, 3.4e-10, 4.0e-10);
+        let six = (sigma / r).powi(6);
         let right = 24.0 * epsilon / r * (six - 2.0 * six * six);
         for function in case("lennard_jones", mode) {
             let mut inputs = [particle([0.0; 3]), particle([r, 0.0, 0.0])].concat();

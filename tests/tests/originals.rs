@@ -286,7 +286,7 @@ fn strict(force: bool) -> Request {
 fn bits_apart(
     function: &Stages,
     value: fn(&mut plain::Flat<'_>) -> Vec<f64>,
-) -> (usize, usize, Option<(Vec<f64>, Vec<f64>)>) {
+) -> (usize, usize, Option<[Vec<f64>; 2]>) {
     let subject = Subject { source: &function.source, program: &function.program };
     let probe = Probe::new(&subject);
     // Angles and rotation vectors have formulas of their own here, which keep their digits where nalgebra's lose them.
@@ -309,7 +309,7 @@ fn bits_apart(
             };
             if kernel.len() != original.len() || !kernel.iter().zip(&original).all(|(x, y)| same(x, y)) {
                 apart += 1;
-                worst = Some((kernel, original));
+                worst = Some([kernel, original]);
             }
         }
     }
