@@ -3,8 +3,8 @@
 //! In: decimal literals and small integers. Out: arithmetic without rounding, and the nearest `f64` or `f32` once,
 //! when a kernel is printed. Invariant: reduced to lowest terms, so equal numbers are equal values.
 //!
-//! A number that needs more than [`MOST_BITS`] bits is rounded to [`PRECISION`] of them, which is more than a check or a
-//! kernel can tell from the exact one; one whose size is beyond 2^±[`RANGE`] is no number any more, and nothing that is
+//! A number that needs more than `MOST_BITS` bits is rounded to `PRECISION` of them, which is more than a check or a
+//! kernel can tell from the exact one; one whose size is beyond 2^±`RANGE` is no number any more, and nothing that is
 //! computed from it is. So no arithmetic takes long, whatever the source says.
 
 use crate::plan::Precision;

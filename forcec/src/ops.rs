@@ -5,7 +5,7 @@
 //! suffixes of C's single precision, and `{n}` for the number within a family. Rust spells functions of two arguments
 //! as paths: clippy follows the receiver of a method with arguments through every `let`, in exponential time. What is
 //! spelled as a function of our own, `forcec_…` in C and a bare name in Rust, is defined beside the kernel by
-//! [`special`](crate::special).
+//! [`special`].
 
 use crate::exact::Exact;
 use crate::special;

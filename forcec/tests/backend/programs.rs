@@ -150,13 +150,20 @@ pub(crate) fn everything() -> Program {
     let blocks: [Id; 8] = std::array::from_fn(|i| g.input(entry(5, 0, i as u32)));
     let long: [Id; 4] = std::array::from_fn(|i| g.input(entry(6, 0, i as u32)));
     let quarter = g.scaled(Exact::ratio(1, 4), x);
-    let mut outputs = Vec::new();
+    let square = g.mul(quarter, quarter);
+    let above = g.sum(Exact::ONE, vec![(Exact::ONE, square)]);
+    let (mut outputs, mut products) = (Vec::new(), Vec::new());
     for function in Function::ALL {
         let y = if function == Function::Acos { axis[1] } else { axis[0] };
-        let arguments = [quarter, y];
+        let first = if matches!(function, Function::Acosh(_)) { above } else { quarter };
+        let arguments = [first, y];
         let value = g.call(function, &arguments[..function.row().arity]);
         outputs.push(value);
-        outputs.push(g.mul(value, axis[2]));
+        products.push((Exact::ONE, g.mul(value, axis[2])));
+    }
+    // Within products a few at a time: there is no room for each by itself.
+    for few in products.chunks(4) {
+        outputs.push(g.sum(Exact::ZERO, few.to_vec()));
     }
     // Long sums and products, cut into lines.
     let mut terms = Vec::new();
