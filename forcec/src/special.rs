@@ -273,7 +273,7 @@ fn erf_near<N: Arithmetic>(x: N) -> N {
         series
     });
     let square = (x.clone() * x.clone()).named("square");
-    horner(series, square) * x
+    horner(series, square).named("quotient") * x
 }
 
 fn erf<N: Choice>(x: N) -> N {
