@@ -314,24 +314,16 @@ impl Graph {
         if negative { self.neg(written) } else { written }
     }
 
-    /// A product as a value that no pass takes apart; what is no product needs no holding.
+    /// A product or multiple as a value that no pass takes apart; what is neither needs no holding. Signs move outward.
     pub fn held(&mut self, id: Id) -> Id {
         let (coefficient, rest) = self.split(id);
-        match self.node(rest) {
-            Node::Constant(_) => id,
-            Node::Product(_) | Node::Recip(_) if !coefficient.is_negative() => self.intern(Node::Held(id)),
-            Node::Product(_) | Node::Recip(_) => {
-                let opposite = self.neg(id);
-                let held = self.intern(Node::Held(opposite));
-                self.neg(held)
-            }
-            _ if coefficient.is_unit() => id,
-            _ => {
-                let size = self.scaled(coefficient.abs(), rest);
-                let held = self.intern(Node::Held(size));
-                if coefficient.is_negative() { self.neg(held) } else { held }
-            }
+        let atom = coefficient.is_unit() && !matches!(self.node(rest), Node::Product(_) | Node::Recip(_));
+        if atom || self.value(rest).is_some() {
+            return id;
         }
+        let size = self.scaled(coefficient.abs(), rest);
+        let held = self.intern(Node::Held(size));
+        if coefficient.is_negative() { self.neg(held) } else { held }
     }
 
     /// −x

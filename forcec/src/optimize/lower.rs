@@ -293,18 +293,16 @@ impl Lowering {
                 self.scalar.call(Function::Sqrt, &[square])
             }
             Node::TurnReal(turn) => self.turn(turn)[3],
-            Node::Call(Function::Powf, arguments)
-                if half_integer(&self.lie.graph, arguments[1]).is_some() =>
-            {
-                // x^(n + ½) = xⁿ √x, and for negative powers 1/(xⁿ √x).
-                let twice = half_integer(&self.lie.graph, arguments[1]).expect("just seen");
-                let x = self.id(arguments[0].0);
-                let root = self.scalar.call(Function::Sqrt, &[x]);
-                let whole = twice.unsigned_abs() / 2;
-                let power = self.scalar.product(&[(x, whole), (root, 1)]);
-                if twice < 0 { self.scalar.recip(power) } else { power }
-            }
             Node::Call(function, arguments) => {
+                if *function == Function::Powf
+                    && let Some(twice) = half_integer(&self.lie.graph, arguments[1])
+                {
+                    // x^(n + ½) = xⁿ √x, and for negative powers 1/(xⁿ √x).
+                    let x = self.id(arguments[0].0);
+                    let root = self.scalar.call(Function::Sqrt, &[x]);
+                    let power = self.scalar.product(&[(x, twice.unsigned_abs() / 2), (root, 1)]);
+                    return if twice < 0 { self.scalar.recip(power) } else { power };
+                }
                 let arguments: Vec<Id> = arguments.iter().map(|x| self.id(x.0)).collect();
                 self.scalar.call(*function, &arguments)
             }
