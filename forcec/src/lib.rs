@@ -50,6 +50,7 @@ pub mod targets;
 pub mod text;
 #[cfg(feature = "expand")]
 mod ties;
+pub mod valuation;
 pub mod vector;
 #[cfg(feature = "verify")]
 pub mod verify;

@@ -2,11 +2,13 @@
 //!
 //! In and out: a [`Network`]. Every pair of terms of every sum is a candidate divisor with its cofactor, every pair of
 //! factors of every product a candidate product; the exact saving of each is kept in a heap, the best is taken, what it
-//! touches is scored again. Sums are never multiplied out. Work is bounded in steps, not in time.
+//! touches is scored again. Sums are never multiplied out, and no product becomes a value that leaves the range of floats
+//! where positions meet. Work is bounded in steps, not in time.
 
 use super::network::{Network, Value};
 use super::polynomial::{Atom, Monomial, Polynomial};
 use crate::exact::Exact;
+use crate::valuation::Valuation;
 use smallvec::SmallVec;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -87,6 +89,8 @@ fn ranked(rank: Rank) -> (bool, u32) {
 
 struct Extraction<'n> {
     network: &'n mut Network,
+    /// Of every atom.
+    valuations: Vec<Valuation>,
     divisors: indexmap::IndexMap<Divisor, Candidate, rustc_hash::FxBuildHasher>,
     pairs: indexmap::IndexMap<(Atom, Atom), Pair, rustc_hash::FxBuildHasher>,
     heap: BinaryHeap<Rank>,
@@ -100,6 +104,7 @@ struct Extraction<'n> {
 pub fn extract(network: &mut Network, steps: usize) {
     network.sweep();
     let mut extraction = Extraction {
+        valuations: network.valuations(),
         network,
         divisors: Default::default(),
         pairs: Default::default(),
@@ -231,10 +236,11 @@ impl Extraction<'_> {
         }
         for number in divisors.drain(..) {
             let (saving, places) = self.saving(number);
+            let held = saving > 0 && self.is_held(number);
             let (divisor, candidate) =
                 self.divisors.get_index_mut(number as usize).expect("numbers are positions");
             let mut now = 0;
-            if saving > 0 {
+            if saving > 0 && held {
                 let monomials = &self.network.monomials;
                 let size = monomials.degree(divisor.first) + monomials.degree(divisor.second);
                 now = rank(saving, places, size, false, number);
@@ -244,14 +250,34 @@ impl Extraction<'_> {
             }
         }
         for number in pairs.drain(..) {
-            let pair = &mut self.pairs[number as usize];
+            let (&(x, y), pair) = self.pairs.get_index(number as usize).expect("numbers are positions");
             let saving = pair.uses.len() as i64 - 1;
-            let now = if saving > 0 { rank(saving, 0, 0, true, number) } else { 0 };
+            let own = self.valuations[x as usize] + self.valuations[y as usize];
+            let mut users = pair.uses.iter().map(|(_, product)| self.valuation(*product));
+            let held = own.is_held() || users.all(|user| !user.is_held());
+            let pair = &mut self.pairs[number as usize];
+            let now = if saving > 0 && held { rank(saving, 0, 0, true, number) } else { 0 };
             if std::mem::replace(&mut pair.rank, now) != now && now != 0 {
                 self.heap.push(now);
             }
         }
         self.changed = [divisors, pairs];
+    }
+
+    /// The valuation of a product.
+    fn valuation(&self, product: Monomial) -> Valuation {
+        self.network.monomials.atoms(product).iter().map(|x| self.valuations[*x as usize]).sum()
+    }
+
+    /// Whether floats hold a divisor, or it is no further from the ordinary than what its users make of it.
+    fn is_held(&self, number: u32) -> bool {
+        let (divisor, candidate) = self.divisors.get_index(number as usize).expect("numbers are positions");
+        let own = self.valuation(divisor.first).min(self.valuation(divisor.second));
+        own.is_held()
+            || candidate.uses.iter().all(|place| {
+                let [first, second] = place.terms.map(|term| self.valuation(term));
+                !first.min(second).is_held()
+            })
     }
 
     /// The exact saving of a divisor and the number of places it serves.
@@ -296,6 +322,7 @@ impl Extraction<'_> {
                 return (user, polynomial == Some(&opposite), true);
             }
         }
+        self.valuations.push(self.network.valuation_of_sum(&definition, &self.valuations));
         (self.network.define(Value::Sum(definition)), false, false)
     }
 

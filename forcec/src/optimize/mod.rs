@@ -13,6 +13,7 @@ mod reciprocals;
 mod residual;
 pub mod resubstitute;
 pub mod search;
+pub mod spread;
 mod written;
 
 use crate::definition::Definition;
@@ -51,7 +52,7 @@ enum Work {
     Choose,
     /// Rewrites a network.
     Rewrite(fn(&mut Network)),
-    /// Searches for so many rounds, of which so many in a row may bring nothing; free of what keeps errors small.
+    /// Searches for so many rounds, of which so many in a row may bring nothing; free of names.
     Search(fn(&mut Network, (usize, usize), bool)),
 }
 
@@ -88,7 +89,7 @@ pub const LOWER: &str = "lower";
 const EXTRACTION_STEPS: usize = 1_000_000;
 
 /// The passes after lowering, in order.
-pub static PASSES: [Pass; 5] = [
+pub static PASSES: [Pass; 6] = [
     Pass {
         name: "formulate",
         summary: "derivatives are written in several ways; the one that is shortest before the search goes on",
@@ -98,6 +99,13 @@ pub static PASSES: [Pass; 5] = [
         name: "collect",
         summary: "like terms meet, copies vanish, what is equal up to sign is one value",
         work: Work::Rewrite(Network::sweep),
+    },
+    Pass {
+        name: "spread",
+        summary: "values that floats do not hold where positions meet give factors to their users",
+        work: Work::Rewrite(|network| {
+            spread::spread(network);
+        }),
     },
     Pass {
         name: "extract",
@@ -165,8 +173,8 @@ impl Candidate {
     }
 }
 
-/// Lowers and optimises what `derive` makes of a formulation. Mode `strict` leaves what was lowered as it is, and computes
-/// the values of the function as they are written in its source, if that is given. `None` if that is more than
+/// Lowers and optimises what `derive` makes of a formulation. Mode `strict` leaves what was lowered as it is, but for
+/// what floats do not hold, and computes the values of the function as they are written in its source, if that is given. `None` if that is more than
 /// [`lower::MOST_OPERATIONS`].
 pub fn optimize(
     derive: impl Fn(Formulation) -> Derived,
@@ -176,9 +184,12 @@ pub fn optimize(
     let effort = plan.effort;
     if plan.mode == Mode::Strict {
         let formulation = FORMULATIONS[0];
-        let program = lower::lower(derive(formulation), false, lower::MOST_OPERATIONS, source)?;
-        let distinct = Network::new(&Rc::new(program.clone())).distinct();
-        let report = vec![Step { pass: LOWER, operations: program.operations(), distinct }];
+        let lowered = Rc::new(lower::lower(derive(formulation), false, lower::MOST_OPERATIONS, source)?);
+        let mut network = Network::new(&lowered);
+        let distinct = network.distinct();
+        let report = vec![Step { pass: LOWER, operations: lowered.operations(), distinct }];
+        let program =
+            if spread::spread(&mut network) { network.program() } else { Rc::unwrap_or_clone(lowered) };
         return Some(Optimized { program, formulation, report });
     }
     let factored = |formulation: Formulation| {

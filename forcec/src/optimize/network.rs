@@ -8,7 +8,9 @@
 use super::polynomial::{Atom, Monomial, Monomials, Polynomial};
 use crate::exact::Exact;
 use crate::scalar::{Graph, Id, Node, Operations, Program};
+use crate::valuation::Valuation;
 use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -251,6 +253,15 @@ impl Network {
         order
     }
 
+    /// The sums that read each atom.
+    pub fn users(&self) -> Vec<Vec<Atom>> {
+        let mut users = vec![Vec::new(); self.values.len()];
+        for user in self.order() {
+            self.each_operand(user, |x| users[x as usize].push(user));
+        }
+        users
+    }
+
     /// Removes atoms that are copies, merges those that are equal up to sign, drops dead ones.
     pub fn sweep(&mut self) {
         // What an atom became: a sign and an atom.
@@ -389,6 +400,30 @@ impl Network {
                 let atoms = self.monomials.atoms(monomial);
                 atoms.iter().any(number) && !atoms.iter().all(number)
             })
+    }
+
+    /// The valuations of all atoms; of those that are not live, 0.
+    pub fn valuations(&self) -> Vec<Valuation> {
+        let mut valuations = vec![Valuation::ZERO; self.values.len()];
+        let signature = &self.source.signature;
+        for atom in self.order() {
+            valuations[atom as usize] = match &self.values[atom as usize] {
+                Value::Sum(polynomial) => self.valuation_of_sum(polynomial, &valuations),
+                Value::Leaf(id) | Value::Operation(id, _) => {
+                    let mut operands = SmallVec::<[Valuation; 4]>::new();
+                    self.each_operand(atom, |x| operands.push(valuations[x as usize]));
+                    Valuation::of_node(signature, self.source.graph.node(*id), &operands)
+                }
+                Value::Number(_) | Value::Dead => Valuation::ZERO,
+            };
+        }
+        valuations
+    }
+
+    /// The valuation of a sum of products.
+    pub fn valuation_of_sum(&self, sum: &Polynomial, valuations: &[Valuation]) -> Valuation {
+        let of_atom = |atom: &Atom| valuations[*atom as usize];
+        Valuation::least(sum.monomials().map(|m| self.monomials.atoms(m).iter().map(of_atom).sum()))
     }
 
     /// The operations of every live atom.

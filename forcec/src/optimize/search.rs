@@ -4,7 +4,7 @@
 //! In and out: a [`Network`]. The choices come from a fixed seed and the rounds are counted, so the same input makes the
 //! same output everywhere. A value that carries a name stays, and so does a sum that can be exact where it is small:
 //! multiplied out, its users would lose what it saves. Nor is a product of two sums multiplied out. What is dissolved
-//! changes the error by a small factor only. A free search knows neither of names nor of products of sums.
+//! changes the error by a small factor only. A free search does not know of names.
 
 use super::extract::extract;
 use super::network::{Network, Value};
@@ -31,7 +31,7 @@ const ROUNDS: [Round; 8] = [
 ];
 
 /// Searches for this many rounds, and no longer than so many in a row bring nothing; factors in at most so many steps;
-/// free of what keeps errors small.
+/// free of names.
 pub fn search(network: &mut Network, rounds: usize, patience: usize, steps: usize, free: bool) {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let mut idle = 0;
@@ -42,9 +42,9 @@ pub fn search(network: &mut Network, rounds: usize, patience: usize, steps: usiz
             return;
         }
         let mut attempt = network.clone();
-        let mut users = users(network);
+        let mut users = network.users();
         let small: FxHashSet<Atom> =
-            candidates.iter().copied().filter(|x| !free && network.is_mixed(*x)).collect();
+            candidates.iter().copied().filter(|x| network.is_mixed(*x)).collect();
         for _ in 0..=candidates.len() >> round.rarity {
             let atom = candidates[random.below(candidates.len())];
             dissolve(&mut attempt, &mut users, &small, atom, round.longest);
@@ -101,15 +101,6 @@ fn exact(network: &Network, order: &[Atom]) -> Vec<bool> {
         };
     }
     exact
-}
-
-/// The sums that read each atom.
-fn users(network: &Network) -> Vec<Vec<Atom>> {
-    let mut users = vec![Vec::new(); network.values.len()];
-    for user in network.order() {
-        network.each_operand(user, |x| users[x as usize].push(user));
-    }
-    users
 }
 
 /// Multiplies a sum out wherever it occurs, if its users stay short.

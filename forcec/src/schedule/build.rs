@@ -14,7 +14,9 @@ use crate::schedule::guards::{Guard, Test};
 use crate::schedule::lower::{Edge, Item, ItemId, Items};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::rows::{self, Negated, Rows, Scaled};
+use crate::schedule::turns;
 use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Style, Variable};
+use crate::valuation::Valuation;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
@@ -51,6 +53,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         stores,
         values: vec![None; count],
         variables: Vec::new(),
+        valuations: Vec::new(),
         statements: Vec::new(),
         taken,
         stored: FxHashSet::default(),
@@ -174,6 +177,8 @@ pub(super) struct Builder<'a> {
     /// What stands for an item where it is used: a name, or until its only use the tree itself.
     values: Vec<Option<Expression>>,
     pub(super) variables: Vec<Variable>,
+    /// Of every variable: how it vanishes or grows where positions meet.
+    valuations: Vec<Valuation>,
     statements: Vec<Statement>,
     taken: Taken,
     family: Family,
@@ -274,6 +279,7 @@ impl Builder<'_> {
         let name = Name(self.variables.len() as u32);
         let text = self.taken.claim(&format!("{}_columns", part.stem(self.signature)));
         self.variables.push(Variable { name: text, truth: false });
+        self.valuations.push(Valuation::ZERO);
         self.statements.push(Statement::Columns(name, columns));
         for (row, factor) in &scaled.rows {
             let factor = self.signed(*factor);
@@ -382,9 +388,46 @@ impl Builder<'_> {
     fn define(&mut self, name: String, value: Expression) -> Name {
         let truth = value.is_truth();
         let id = Name(self.variables.len() as u32);
+        self.valuations.push(self.valuation(&value));
         self.variables.push(Variable { name, truth });
         self.statements.push(Statement::Let(id, value));
         id
+    }
+
+    /// How a tree vanishes or grows where positions meet.
+    fn valuation(&self, value: &Expression) -> Valuation {
+        value.valuation(&|atom| match atom {
+            Expression::Name(name) => self.valuations[name.index()],
+            Expression::Input(slot) => Valuation::of_slot(self.signature, *slot),
+            _ => Valuation::ZERO,
+        })
+    }
+
+    /// A product whose factors stand in an order that floats hold.
+    fn in_turns(&self, value: Expression) -> Expression {
+        match value {
+            Expression::Quotient(over, under) => turns::in_turns(over, under, &|x| self.valuation(x)),
+            Expression::Negative(x) => Expression::Negative(Box::new(self.in_turns(*x))),
+            value => value,
+        }
+    }
+
+    /// The same for the factors of a fused multiplication.
+    fn fused_in_turns(&self, x: Expression, y: Expression) -> [Expression; 2] {
+        match x {
+            Expression::Negative(x) => {
+                let [x, y] = self.fused_in_turns(*x, y);
+                [Expression::Negative(Box::new(x)), y]
+            }
+            Expression::Quotient(mut factors, under) if under.is_empty() => {
+                factors.push(y);
+                let ordered = self.in_turns(Expression::Quotient(factors, under));
+                let Expression::Quotient(mut factors, under) = ordered else { unreachable!("it has factors") };
+                let y = factors.pop().expect("it has factors");
+                [Expression::Quotient(factors, under), y]
+            }
+            x => [x, y],
+        }
     }
 
     /// The next numbered name of the family.
@@ -439,7 +482,7 @@ impl Builder<'_> {
             Item::Quotient(over, under) => {
                 let over = over.iter().map(|item| self.plain(*item)).collect();
                 let under = under.iter().map(|item| self.plain(*item)).collect();
-                quotient(over, under)
+                self.in_turns(quotient(over, under))
             }
             Item::Call(function, arguments) => {
                 let arguments = arguments.iter().map(|edge| self.signed(*edge)).collect();
@@ -447,7 +490,9 @@ impl Builder<'_> {
                 Expression::Call(*function, arguments)
             }
             Item::Fused(x, y, z) => {
-                Expression::Fused(Box::new([self.signed(*x), self.plain(*y), self.signed(*z)]))
+                let (x, y, z) = (self.signed(*x), self.plain(*y), self.signed(*z));
+                let [x, y] = self.fused_in_turns(x, y);
+                Expression::Fused(Box::new([x, y, z]))
             }
             Item::Select(condition, x, y) => {
                 Expression::Select(Box::new([self.value(*condition), self.signed(*x), self.signed(*y)]))

@@ -5,15 +5,17 @@
 //! times an item is an item of its own; powers are multiplications by the shortest chain; a reciprocal that only one
 //! product reads is a division there.
 
-use crate::bodies::Slot;
+use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;
 use crate::ops::{Cost, Function, Operator};
 use crate::outputs::{Array, Output, Part};
 use crate::scalar::{Id, Node, Program};
 use crate::schedule::Style;
 use crate::schedule::double::Pair;
+use crate::valuation::Valuation;
 use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
+use smallvec::SmallVec;
 
 /// An item, by its position.
 pub(super) type ItemId = u32;
@@ -62,6 +64,26 @@ impl Item {
         }
     }
 
+    /// How it vanishes or grows where positions meet, from the same of its operands.
+    fn valuation(&self, signature: &Signature, of: &[Valuation]) -> Valuation {
+        let of = |item: &ItemId| of[*item as usize];
+        match self {
+            Item::Input(slot) => Valuation::of_slot(signature, *slot),
+            Item::Difference(x, y) => of(x).max(of(y)),
+            Item::Sum(edges) => Valuation::least(edges.iter().map(|edge| of(&edge.item))),
+            Item::Quotient(over, under) => {
+                over.iter().map(of).chain(under.iter().map(|x| -of(x))).sum()
+            }
+            Item::Fused(x, y, z) => (of(&x.item) + of(y)).min(of(&z.item)),
+            Item::Call(function, edges) => {
+                let arguments: SmallVec<[Valuation; 2]> = edges.iter().map(|edge| of(&edge.item)).collect();
+                Valuation::of_call(*function, &arguments)
+            }
+            Item::Select(_, x, y) => of(&x.item).min(of(&y.item)),
+            _ => Valuation::ZERO,
+        }
+    }
+
     /// Whether this is written in place however often it is used.
     pub(super) fn is_literal(&self) -> bool {
         match self {
@@ -89,6 +111,9 @@ pub(super) struct Items {
     pub(super) outputs: Vec<(Output, Edge)>,
 }
 
+/// Higher powers are multiplied by the shortest chain, whatever floats hold.
+const LONGEST_APART: u32 = 4;
+
 /// A program's live nodes as items.
 pub(super) fn lower(program: &Program, style: Style) -> Items {
     let live = program.live();
@@ -97,6 +122,7 @@ pub(super) fn lower(program: &Program, style: Style) -> Items {
         style,
         reads: reads(program, &live),
         items: Vec::new(),
+        valuations: Vec::new(),
         sources: Vec::new(),
         of: vec![None; live.len()],
         inputs: FxHashMap::default(),
@@ -148,6 +174,8 @@ pub(super) struct Lowering<'a> {
     style: Style,
     reads: Vec<u32>,
     items: Vec<Item>,
+    /// How they vanish or grow where positions meet.
+    valuations: Vec<Valuation>,
     sources: Vec<Option<String>>,
     of: Vec<Option<ItemId>>,
     inputs: FxHashMap<Slot, ItemId>,
@@ -164,6 +192,7 @@ pub(super) struct Lowering<'a> {
 impl Lowering<'_> {
     pub(super) fn push(&mut self, item: Item) -> ItemId {
         let id = self.items.len() as ItemId;
+        self.valuations.push(item.valuation(&self.program.signature, &self.valuations));
         self.items.push(item);
         self.sources.push(None);
         id
@@ -335,11 +364,11 @@ impl Lowering<'_> {
             match *self.program.graph.node(id) {
                 Node::Recip(x) if self.of[id.index()].is_none() || self.style.strict => {
                     let x = self.item(x);
-                    under.push(self.power(x, exponent));
+                    self.powers_of(x, exponent, &mut under);
                 }
                 _ => {
                     let x = self.item(id);
-                    over.push(self.power(x, exponent));
+                    self.powers_of(x, exponent, &mut over);
                 }
             }
         }
@@ -389,6 +418,17 @@ impl Lowering<'_> {
             sum = Edge { item: self.push(Item::Fused(first, last, sum)), negative: false };
         }
         if sum.negative { self.push(Item::Sum(vec![sum])) } else { sum.item }
+    }
+
+    /// The power of a factor; the factor again and again if floats hold it and not its power.
+    fn powers_of(&mut self, base: ItemId, exponent: u32, factors: &mut Vec<ItemId>) {
+        let valuation = self.valuations[base as usize];
+        let power: Valuation = (0..exponent.min(LONGEST_APART + 1)).map(|_| valuation).sum();
+        if exponent > LONGEST_APART || power.is_held() || !valuation.is_held() {
+            factors.push(self.power(base, exponent));
+        } else {
+            factors.extend(std::iter::repeat_n(base, exponent as usize));
+        }
     }
 
     fn power(&mut self, base: ItemId, exponent: u32) -> ItemId {

@@ -15,6 +15,7 @@ pub mod print;
 mod rows;
 mod run;
 pub mod split;
+mod turns;
 
 use crate::bodies::{Signature, Slot};
 use crate::exact::Exact;

@@ -3,9 +3,10 @@
 //! In: a kernel as it is printed in one precision, and states with what the mathematics gives there. Out: how its errors compare
 //! with those of the source evaluated as written, in the same precision, at the same inputs ([`super::written`]). The rule,
 //! for every block of a result, the rows of one body by the columns of one body: the largest error of the kernel is at most
-//! [`FACTOR`] times the largest error of the text, and [`UNITS`] units in the last place of the largest entry of the result; an entry
+//! [`FACTOR`] times the largest error of the text, and [`UNITS`] units in the last place of the largest entry of the result; a block
 //! that is finite in the text is finite in the kernel. At a single state the roundings of the text may cancel by luck: where
-//! the rule seems broken, the error of the text is the largest at the state and at a few states beside it.
+//! the rule seems broken, the error of the text is the largest at the state and at a few states beside it, infinite where
+//! the text is.
 
 use super::big::Big;
 use super::dual::Scalar;
@@ -136,22 +137,21 @@ impl<'a> Judge<'a> {
                 let places = rows.clone().flat_map(|r| columns.clone().map(move |c| r * array.columns + c));
                 let places: Vec<usize> = places.collect();
                 // Of what is beyond the format nothing finite is asked.
-                let is_lost = |k: usize| {
-                    let holds = exact[k].to_f64().abs() <= self.largest_number();
-                    holds && written[k].is_finite() && !kernel[k].is_finite()
-                };
-                let lost = places.iter().copied().find(|k| !truth.edges && is_lost(*k));
+                let holds = |k: usize| exact[k].to_f64().abs() <= self.largest_number();
+                let is_lost = |k: &usize| !truth.edges && holds(*k) && !kernel[*k].is_finite();
+                let lost = places.iter().copied().find(is_lost);
                 let Some((place, error)) = furthest(&places, kernel, exact) else { continue };
                 let by_text =
                     |written: &[f64], exact: &[Big]| furthest(&places, written, exact).map_or(0.0, |x| x.1);
                 let mut text_error = by_text(written, exact);
                 let ratio = |text_error: f64| match lost {
-                    Some(_) => f64::INFINITY,
                     // Where the text is not finite there is nothing to compare with.
-                    None if !text_error.is_finite() || !error.is_finite() || error <= allowed => 0.0,
+                    _ if !text_error.is_finite() => 0.0,
+                    Some(_) => f64::INFINITY,
+                    None if !error.is_finite() || error <= allowed => 0.0,
                     None => (error - allowed) / text_error,
                 };
-                if lost.is_none() && ratio(text_error) > FACTOR {
+                if ratio(text_error) > FACTOR {
                     if self.found.failures() >= ENOUGH {
                         continue;
                     }
@@ -159,7 +159,7 @@ impl<'a> Judge<'a> {
                     let errors = neighbours.iter().filter_map(|(known, written)| {
                         Some(by_text(written[index].as_ref()?, known.results[index].as_ref()?))
                     });
-                    text_error = errors.filter(|error| error.is_finite()).fold(text_error, f64::max);
+                    text_error = errors.fold(text_error, f64::max);
                 }
                 let (part, place, ratio) = (array.part, lost.unwrap_or(place), ratio(text_error));
                 let entry = || TextEntry {

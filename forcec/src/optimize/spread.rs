@@ -1,0 +1,113 @@
+//! Values that leave the range of floats where positions meet, taken apart into their users.
+//!
+//! In and out: a [`Network`]. λ/J² times x yᵀ, with x and y columns of cofactors, is ordinary, but λ/J² is not. Such a
+//! value gives the factors that all its terms share to its users, as many as it takes; factoring then shares
+//! x/J instead. What carries a name stays, and so does what is on the way to a value that is as large or as small.
+
+use super::network::{Network, Value};
+use super::polynomial::{Atom, Polynomial};
+use crate::exact::Exact;
+use crate::valuation::Valuation;
+
+/// Takes values apart; whether there were any.
+pub fn spread(network: &mut Network) -> bool {
+    let mut valuations = network.valuations();
+    let order = network.order();
+    let beyond = |atom: &Atom| !valuations[*atom as usize].is_held();
+    if !order.iter().any(beyond) {
+        return false;
+    }
+    let mut changed = false;
+    let mut users = network.users();
+    let mut stays = vec![false; network.values.len()];
+    network.roots().for_each(|root| stays[root as usize] = true);
+    for &atom in order.iter().rev() {
+        if stays[atom as usize] || network.is_named(atom) {
+            continue;
+        }
+        if let Some(wanted) = wanted(network, &valuations, &users[atom as usize], atom) {
+            changed |= take_apart(network, &mut valuations, &mut users, atom, wanted);
+        }
+    }
+    if changed {
+        network.sweep();
+    }
+    changed
+}
+
+/// What the users of a value make of it, if that is nearer to the ordinary and the value far from it.
+fn wanted(network: &Network, valuations: &[Valuation], users: &[Atom], atom: Atom) -> Option<Valuation> {
+    let own = valuations[atom as usize];
+    let of_atom = |atom: &Atom| valuations[*atom as usize];
+    let mut nearest = own;
+    for user in users {
+        let Value::Sum(sum) = &network.values[*user as usize] else { return None };
+        let products = sum.monomials().map(|monomial| network.monomials.atoms(monomial));
+        for product in products.filter(|product| product.contains(&atom)) {
+            nearest = [nearest, product.iter().map(of_atom).sum()].into_iter().min_by_key(|v| v.size())?;
+        }
+    }
+    (!own.is_on_the_way_to(nearest)).then_some(nearest)
+}
+
+/// Gives the factors that all terms of a value share to its users, until what is left is on the way to what they make;
+/// whether there are any.
+fn take_apart(
+    network: &mut Network,
+    valuations: &mut Vec<Valuation>,
+    users: &mut Vec<Vec<Atom>>,
+    atom: Atom,
+    wanted: Valuation,
+) -> bool {
+    let Value::Sum(sum) = &network.values[atom as usize] else { return false };
+    let mut products = sum.monomials().map(|monomial| network.monomials.atoms(monomial));
+    let Some(first) = products.next() else { return false };
+    let mut shared = first.to_vec();
+    for product in products {
+        let mut rest = product.to_vec();
+        shared.retain(|x| rest.iter().position(|y| x == y).map(|place| rest.remove(place)).is_some());
+    }
+    let own = valuations[atom as usize];
+    let mut given = Vec::new();
+    let mut left = own;
+    for factor in shared {
+        let valuation = valuations[factor as usize];
+        if !left.is_on_the_way_to(wanted) && (left + -valuation).size() < left.size() {
+            left = left + -valuation;
+            given.push(factor);
+        }
+    }
+    if given.is_empty() {
+        return false;
+    }
+    let terms: Vec<(Vec<Atom>, Exact)> = sum
+        .terms()
+        .iter()
+        .map(|(m, c)| {
+            let rest = network.monomials.quotient(network.monomials.atoms(*m), &given);
+            (rest.expect("every term has it"), c.clone())
+        })
+        .collect();
+    let mut rest = Polynomial::new();
+    for (mut factors, c) in terms {
+        rest.add(network.monomials.intern(&mut factors), &c);
+    }
+    valuations.push(network.valuation_of_sum(&rest, valuations));
+    let left = network.define(Value::Sum(rest));
+    users.push(Vec::new());
+    network.each_operand(left, |operand| users[operand as usize].push(left));
+    given.push(left);
+    for user in std::mem::take(&mut users[atom as usize]) {
+        let Value::Sum(sum) = &network.values[user as usize] else { continue };
+        let mut sum = sum.clone();
+        let monomials = &mut network.monomials;
+        while let Some((monomial, c)) = sum.take_first(|m| monomials.atoms(m).contains(&atom)) {
+            let mut factors = monomials.quotient(monomials.atoms(monomial), &[atom]).expect("it is held");
+            factors.extend_from_slice(&given);
+            sum.add(monomials.intern(&mut factors), &c);
+        }
+        network.values[user as usize] = Value::Sum(sum);
+        given.iter().for_each(|factor| users[*factor as usize].push(user));
+    }
+    true
+}
