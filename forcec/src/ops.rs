@@ -77,6 +77,8 @@ pub enum Function {
     LnCosh,
     /// √(x² + y²)
     Hypot,
+    /// x/√(x² + y²)
+    HypotSlope,
     /// the smaller
     Min,
     /// the larger
@@ -428,10 +430,29 @@ static HYPOT: FunctionRow = row!(
     All,
     NotAllZero,
     "x / r, y / r",
-    |g, x, r, k| g.div(x[k], r),
+    |g, x, _, k| g.call(Function::HypotSlope, &[x[k], x[1 - k]]),
     |x| x[0].hypot(x[1]),
     "hypot{f}({0}, {1})",
     "{p}::hypot({0}, {1})"
+);
+/// A kernel computes it as a quotient, with the hypotenuse that it has already. Its derivative does not cancel where
+/// that of a quotient would, 1/r − x²/r³.
+static HYPOT_SLOPE: FunctionRow = row!(
+    "hypot_slope" / 2,
+    NotAllZero,
+    NotAllZero,
+    "(y/h)² / h, −r (y/h) / h with h = hypot(x, y)",
+    |g, x, r, k| {
+        let across = g.call(Function::HypotSlope, &[x[1], x[0]]);
+        let length = g.call(Function::Hypot, &[x[0], x[1]]);
+        let (first, sign) = if k == 0 { (across, 1) } else { (r, -1) };
+        let product = g.mul(first, across);
+        let quotient = g.div(product, length);
+        g.scaled(Exact::from(sign), quotient)
+    },
+    |x| x[0] / x[0].hypot(x[1]),
+    "({0} / hypot{f}({0}, {1}))",
+    "({0} / {p}::hypot({0}, {1}))"
 );
 /// 1 where argument k is the one returned, else 0.
 fn chosen(g: &mut Graph, x: &[Real], k: usize, first: bool) -> Real {
@@ -514,7 +535,7 @@ static ANGLE_RATIO: [FunctionRow; 4] = [angle_ratio!(0), angle_ratio!(1), angle_
 
 impl Function {
     /// Every function, the families up to the order that forces and their derivatives reach.
-    pub const ALL: [Function; 49] = [
+    pub const ALL: [Function; 50] = [
         Function::Pi,
         Function::Abs,
         Function::Sqrt,
@@ -554,6 +575,7 @@ impl Function {
         Function::Softplus,
         Function::LnCosh,
         Function::Hypot,
+        Function::HypotSlope,
         Function::Min,
         Function::Max,
         Function::Signum,
@@ -600,6 +622,7 @@ impl Function {
             Function::Softplus => &SOFTPLUS,
             Function::LnCosh => &LN_COSH,
             Function::Hypot => &HYPOT,
+            Function::HypotSlope => &HYPOT_SLOPE,
             Function::Min => &MIN,
             Function::Max => &MAX,
             Function::Signum => &SIGNUM,

@@ -466,7 +466,12 @@ impl Graph {
 
     /// A function of the table.
     pub fn call(&mut self, function: Function, arguments: &[Id]) -> Id {
-        self.intern(Node::Call(function, arguments.into()))
+        let mut arguments: Box<[Id]> = arguments.into();
+        if function == Function::Hypot {
+            // Either leg may be the first.
+            arguments.sort_unstable();
+        }
+        self.intern(Node::Call(function, arguments))
     }
 
     /// if the condition holds x, else y

@@ -334,6 +334,7 @@ fn call(function: Function, x: &[Interval]) -> Interval {
         Function::Logistic | Function::LogisticSlope => Interval::new(0.0, 1.0).except_zero(true),
         Function::Softplus => Interval::new(x[0].low.max(0.0), f64::INFINITY).except_zero(true),
         Function::Hypot => length([x[0], x[1], Interval::point(0.0)]),
+        Function::HypotSlope => Interval::new(-1.0, 1.0).except_zero(x[0].nonzero),
         Function::Min => least(x[0], x[1]),
         Function::Max => {
             let negative = |i: Interval| Interval { low: -i.high, high: -i.low, ..i };

@@ -304,6 +304,11 @@ impl Lowering {
                     return if twice < 0 { self.scalar.recip(power) } else { power };
                 }
                 let arguments: Vec<Id> = arguments.iter().map(|x| self.id(x.0)).collect();
+                if *function == Function::HypotSlope {
+                    let length = self.scalar.call(Function::Hypot, &arguments);
+                    let inverse = self.scalar.recip(length);
+                    return self.scalar.product(&[(arguments[0], 1), (inverse, 1)]);
+                }
                 self.scalar.call(*function, &arguments)
             }
             Node::Select(condition, x, y) => {

@@ -34,6 +34,7 @@ pub(super) fn value(function: Function, x: &[f64]) -> f64 {
         Function::Cosh => libm::cosh(x[0]),
         Function::Tanh => libm::tanh(x[0]),
         Function::Hypot => libm::hypot(x[0], x[1]),
+        Function::HypotSlope => x[0] / libm::hypot(x[0], x[1]),
         Function::Asinh(_)
         | Function::Acosh(_)
         | Function::Atanh(_)
@@ -158,6 +159,11 @@ pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
         Function::Softplus => e * value(Function::Logistic, &[a + e]),
         Function::LnCosh => e * libm::tanh(a.abs() + e),
         Function::Hypot => libm::hypot(e, errors[1]),
+        // The gradient is no longer than 1 over the distance from the origin.
+        Function::HypotSlope => {
+            let (distance, way) = (at(Function::Hypot), libm::hypot(e, errors[1]));
+            positive(distance * (1.0 - 8.0 * UNIT) - way, &|| way / (distance - way))
+        }
         // |dᵏ/dsᵏ cos √s| is largest at 0, k!/(2k)!; below zero it grows no faster than eᵗ.
         Function::CosSqrt(n) => {
             let largest = (1..=u32::from(n) + 1).fold(1.0, |f, k| f / f64::from(4 * k - 2));

@@ -361,7 +361,7 @@ impl Arithmetic for Big {
     fn call(function: Function, x: &[Big]) -> Big {
         use Function::{
             Abs, Acos, Acosh, AngleRatio, Asin, Asinh, Atan, Atan2, Atanh, Cbrt, Cos, CosSqrt, Cosh, Erf,
-            ErfSlope, Erfc, Exp, ExpM1, Hypot, Ln, Ln1p, LnCosh, Logistic, LogisticSlope, Max, Min, Pi, Powf,
+            ErfSlope, Erfc, Exp, ExpM1, Hypot, HypotSlope, Ln, Ln1p, LnCosh, Logistic, LogisticSlope, Max, Min, Pi, Powf,
             Signum, Sin, Sinc, Sinh, Softplus, Sqrt, Tan, Tanh,
         };
         let one = || Big::integer(1);
@@ -436,6 +436,7 @@ impl Arithmetic for Big {
                 x[0].abs() - with(BigFloat::ln, &Big::integer(2)) + rest
             }
             Hypot => (x[0].clone() * x[0].clone() + x[1].clone() * x[1].clone()).sqrt(),
+            HypotSlope => x[0].clone() / Big::call(Hypot, x),
             Min if x[0].0.is_nan() || x[1].order(&x[0]) == Some(Ordering::Less) => x[1].clone(),
             Max if x[0].0.is_nan() || x[0].order(&x[1]) == Some(Ordering::Less) => x[1].clone(),
             Min | Max => x[0].clone(),

@@ -281,6 +281,20 @@ impl<F: Scalar> Arithmetic for Dual<F> {
                     [square(y.clone()) / cube.clone(), -(x.clone() * y) / cube.clone(), square(x) / cube];
                 Dual::chain_of_two(&arguments[0], &arguments[1], r, slopes, curvatures)
             }
+            Function::HypotSlope => {
+                // f_x = y²/r³, f_y = −x y/r³, f_xx = −3 x y²/r⁵, f_xy = y (2 x² − y²)/r⁵, f_yy = x (2 y² − x²)/r⁵
+                let (x, y, r) = (x(0), x(1), of(Function::Hypot));
+                let (square_x, square_y) = (square(x.clone()), square(y.clone()));
+                let cube = r.clone() * square(r.clone());
+                let fifth = cube.clone() * square(r);
+                let slopes = [square_y.clone() / cube.clone(), -(x.clone() * y.clone()) / cube];
+                let curvatures = [
+                    -(F::of(3.0) * x.clone() * square_y.clone()) / fifth.clone(),
+                    y * (two.clone() * square_x.clone() - square_y.clone()) / fifth.clone(),
+                    x * (two * square_y - square_x) / fifth,
+                ];
+                Dual::chain_of_two(&arguments[0], &arguments[1], value(), slopes, curvatures)
+            }
             Function::Erf | Function::Erfc => {
                 let slope = of(Function::ErfSlope);
                 let slope = if function == Function::Erf { slope } else { -slope };
