@@ -32,13 +32,15 @@ pub enum Lint {
     DampedStep,
     /// A Gauss–Newton stiffness shortens the largest stable step.
     GaussNewton,
+    /// An arm of a branch at which no state of a check is.
+    Uncovered,
     /// An attribute allows warnings and does not say why.
     MissingReason,
 }
 
 impl Lint {
     /// Those that `#[allow(…, reason = "…")]` answers.
-    pub const ALLOWED: [Lint; 7] = [
+    pub const ALLOWED: [Lint; 8] = [
         Lint::Singular,
         Lint::Unused,
         Lint::OutsideDomain,
@@ -46,6 +48,7 @@ impl Lint {
         Lint::EnergyGain,
         Lint::DampedStep,
         Lint::GaussNewton,
+        Lint::Uncovered,
     ];
 
     /// Its name in messages and attributes.
@@ -58,6 +61,7 @@ impl Lint {
             Lint::EnergyGain => "energy_gain",
             Lint::DampedStep => "damped_step",
             Lint::GaussNewton => "gauss_newton",
+            Lint::Uncovered => "uncovered",
             Lint::MissingReason => "missing_reason",
         }
     }

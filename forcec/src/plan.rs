@@ -68,7 +68,7 @@ impl Mode {
         (
             "fast",
             Mode::Fast,
-            "factored across names and across products of small sums too; one division for 1/√x and 1/x",
+            "factored across names too; one division for 1/√x and 1/x",
         ),
         (
             "accurate",

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 22] = [
+const VOCABULARY: [&str; 23] = [
     "bodies",
     "definition",
     "diagnostic",
@@ -25,6 +25,7 @@ const VOCABULARY: [&str; 22] = [
     "specialize",
     "states",
     "suggest",
+    "valuation",
     "vector",
     "verify",
 ];

@@ -25,7 +25,7 @@ use std::collections::{BTreeMap, BTreeSet};
 type Dense = [[Id; 3]; 3];
 
 /// Operations of a kernel as it is lowered: what takes more takes minutes, here and in the compiler that reads it.
-pub const MOST_OPERATIONS: usize = 300_000;
+pub const MOST_OPERATIONS: usize = 500_000;
 
 /// Lowers forces and derivatives; the program knows its residual if that is of interest. `None` if it has more than
 /// `most` operations. Where the function is given as it was written, its values are computed so, and what else is made of

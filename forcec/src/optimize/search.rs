@@ -43,8 +43,7 @@ pub fn search(network: &mut Network, rounds: usize, patience: usize, steps: usiz
         }
         let mut attempt = network.clone();
         let mut users = network.users();
-        let small: FxHashSet<Atom> =
-            candidates.iter().copied().filter(|x| network.is_mixed(*x)).collect();
+        let small: FxHashSet<Atom> = candidates.iter().copied().filter(|x| network.is_mixed(*x)).collect();
         for _ in 0..=candidates.len() >> round.rarity {
             let atom = candidates[random.below(candidates.len())];
             dissolve(&mut attempt, &mut users, &small, atom, round.longest);

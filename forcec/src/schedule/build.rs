@@ -422,7 +422,9 @@ impl Builder<'_> {
             Expression::Quotient(mut factors, under) if under.is_empty() => {
                 factors.push(y);
                 let ordered = self.in_turns(Expression::Quotient(factors, under));
-                let Expression::Quotient(mut factors, under) = ordered else { unreachable!("it has factors") };
+                let Expression::Quotient(mut factors, under) = ordered else {
+                    unreachable!("it has factors")
+                };
                 let y = factors.pop().expect("it has factors");
                 [Expression::Quotient(factors, under), y]
             }

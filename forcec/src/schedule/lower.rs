@@ -71,9 +71,7 @@ impl Item {
             Item::Input(slot) => Valuation::of_slot(signature, *slot),
             Item::Difference(x, y) => of(x).max(of(y)),
             Item::Sum(edges) => Valuation::least(edges.iter().map(|edge| of(&edge.item))),
-            Item::Quotient(over, under) => {
-                over.iter().map(of).chain(under.iter().map(|x| -of(x))).sum()
-            }
+            Item::Quotient(over, under) => over.iter().map(of).chain(under.iter().map(|x| -of(x))).sum(),
             Item::Fused(x, y, z) => (of(&x.item) + of(y)).min(of(&z.item)),
             Item::Call(function, edges) => {
                 let arguments: SmallVec<[Valuation; 2]> = edges.iter().map(|edge| of(&edge.item)).collect();

@@ -361,8 +361,8 @@ impl Arithmetic for Big {
     fn call(function: Function, x: &[Big]) -> Big {
         use Function::{
             Abs, Acos, Acosh, AngleRatio, Asin, Asinh, Atan, Atan2, Atanh, Cbrt, Cos, CosSqrt, Cosh, Erf,
-            ErfSlope, Erfc, Exp, ExpM1, Hypot, HypotSlope, Ln, Ln1p, LnCosh, Logistic, LogisticSlope, Max, Min, Pi, Powf,
-            Signum, Sin, Sinc, Sinh, Softplus, Sqrt, Tan, Tanh,
+            ErfSlope, Erfc, Exp, ExpM1, Hypot, HypotSlope, Ln, Ln1p, LnCosh, Logistic, LogisticSlope, Max,
+            Min, Pi, Powf, Signum, Sin, Sinc, Sinh, Softplus, Sqrt, Tan, Tanh,
         };
         let one = || Big::integer(1);
         let with = |f: fn(&BigFloat, usize, RoundingMode, &mut Consts) -> BigFloat, x: &Big| {

@@ -9,6 +9,7 @@ use super::report::{Comparison, Coverage, Differences, Report, TextComparison};
 use super::search::{Decider, Search};
 use super::tape::Tape;
 use super::{CheckOptions, FOUND_STATES, Here, Subject, input_errors};
+use crate::diagnostic::Lint;
 use crate::places::Places;
 use crate::scalar::Id;
 use crate::states::{Family, Random, State, draw, seed};
@@ -103,6 +104,7 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
         seed: options.seed,
         coverage,
         branches: search.branches(subject.source, &active),
+        uncovered_allowed: subject.source.allowed.contains(&Lint::Uncovered),
         comparisons,
         differences: Differences::default(),
         text,

@@ -35,6 +35,7 @@ pub use report::{
 
 use crate::bodies::{ParameterType, Role};
 use crate::definition::Definition;
+use crate::diagnostic::Lint;
 use crate::outputs::{Output, Part};
 use crate::places::Places;
 use crate::scalar::{Id, Program};
@@ -522,6 +523,7 @@ impl<'a> Checker<'a> {
             seed: options.seed,
             coverage,
             branches: self.search.branches(subject.source, &self.active),
+            uncovered_allowed: subject.source.allowed.contains(&Lint::Uncovered),
             comparisons: self.comparisons,
             differences: self.differences,
             text,

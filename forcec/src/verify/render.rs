@@ -129,8 +129,9 @@ fn branches(text: &mut String, report: &Report) {
         for arm in states.iter().zip(arms).filter(|(states, _)| **states == 0).map(|(_, arm)| arm) {
             let _ = writeln!(
                 text,
-                "note: {}: `{arm}` of {name} is not covered: no state was active there",
-                report.kernel
+                "note: {}: `{arm}` of {name} is not covered: no state was active there{}",
+                report.kernel,
+                if report.uncovered_allowed { ", which is allowed" } else { "" }
             );
         }
     }
