@@ -166,7 +166,7 @@ fn long_inputs() {
         match forcec::compile(&text, &Options::default()) {
             Ok(_) => assert!(fits),
             Err(errors) => {
-                assert!(!fits && errors.to_string().contains("more than 300000 operations"), "{errors}")
+                assert!(!fits && errors.to_string().contains("more than 500000 operations"), "{errors}")
             }
         }
     }
