@@ -1,7 +1,7 @@
 //! `cargo bench -p forcec-bench`: how long compiling takes, for the library and for kernels of any size.
 
 use divan::Bencher;
-use forcec::span::Source;
+use forcec::source::span::Source;
 use forcec_bench::{chain, compile_all, library};
 
 fn main() {

@@ -6,10 +6,10 @@
 
 use crate::peers::Peer;
 use crate::{compile_all, library};
-use forcec::bodies::{Body, Signature};
 use forcec::compile::{Compiled, Stages};
-use forcec::identifiers::{Target, kernel_name};
 use forcec::kernel::{File, Precision};
+use forcec::model::bodies::{Body, Signature};
+use forcec::names::{Target, kernel_name};
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject};
 use std::collections::BTreeMap;
@@ -210,7 +210,7 @@ fn build(
         .collect();
     for (file, _) in files {
         for target in [Target::C, Target::Rust] {
-            for generated in forcec::targets::emit(file, target) {
+            for generated in forcec::emit::emit(file, target) {
                 write(&generated.name, &generated.text);
             }
         }

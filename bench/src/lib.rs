@@ -18,7 +18,7 @@ pub mod sleeping;
 pub mod work_precision;
 
 use forcec::compile::{Compiled, compile};
-use forcec::span::Source;
+use forcec::source::span::Source;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

@@ -7,8 +7,8 @@
 use crate::count::{Size, size};
 use crate::kernels::{Plan, Row, compile, printable, run};
 use forcec::Effort;
-use forcec::identifiers::Target;
-use forcec::span::Source;
+use forcec::names::Target;
+use forcec::source::span::Source;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -113,7 +113,7 @@ fn line(plan: &Plan, row: Row, library: &[Source], folder: &Path) -> Line {
             forcec::compile::compile(source, &wanted, Effort::Default).expect("the library compiles");
         let (file, _) = printable(compiled);
         let target = if row.maker.name == "Rust" { Target::Rust } else { Target::C };
-        generated = forcec::targets::emit(&file, target);
+        generated = forcec::emit::emit(&file, target);
     });
     for file in &generated {
         std::fs::write(folder.join("one").join(&file.name), &file.text).expect("a file to build");

@@ -11,37 +11,37 @@ use proc_macro::TokenStream;
 /// `fixed(b)`, `set(damping = 0.0)`, `layout = packed`, `lanes = 4`, `mode = fast`, `effort = max`, `fma`.
 #[proc_macro_attribute]
 pub fn constraint(options: TokenStream, item: TokenStream) -> TokenStream {
-    forcec::expand::function("constraint", options.into(), item.into()).into()
+    forcec::macros::function("constraint", options.into(), item.into()).into()
 }
 
 /// Marks a function that returns an energy; otherwise as `constraint`, with the options but `unilateral` and `per_row`.
 #[proc_macro_attribute]
 pub fn energy(options: TokenStream, item: TokenStream) -> TokenStream {
-    forcec::expand::function("energy", options.into(), item.into()).into()
+    forcec::macros::function("energy", options.into(), item.into()).into()
 }
 
 /// Marks a function that returns a force for each of its bodies; otherwise as `constraint`, with the options but `unilateral` and `per_row`.
 #[proc_macro_attribute]
 pub fn force(options: TokenStream, item: TokenStream) -> TokenStream {
-    forcec::expand::function("force", options.into(), item.into()).into()
+    forcec::macros::function("force", options.into(), item.into()).into()
 }
 
 /// States what values parameters have, `#[domain(rest_length = 0.1..2.0, axis = unit)]`; beside one of the attributes of
 /// force functions.
 #[proc_macro_attribute]
 pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
-    forcec::expand::domain(options.into(), item.into()).into()
+    forcec::macros::domain(options.into(), item.into()).into()
 }
 
 /// Marks a module of force functions and the helpers and constants they use. Options are those of a function, for all of them.
 #[proc_macro_attribute]
 pub fn forces(options: TokenStream, item: TokenStream) -> TokenStream {
-    forcec::expand::module(options.into(), item.into()).into()
+    forcec::macros::module(options.into(), item.into()).into()
 }
 
 /// Compiles a force file: `include_forces!("joints.rs")` is a public module `joints` with all that stands in the file and
 /// the kernels of its force functions. The path counts from the file that calls. Options may follow, as in `#[forces(…)]`.
 #[proc_macro]
 pub fn include_forces(input: TokenStream) -> TokenStream {
-    forcec::expand::file(input.into()).into()
+    forcec::macros::file(input.into()).into()
 }

@@ -2,27 +2,28 @@
 //!
 //! text → AST → checked → vector graph → derivatives → optimised scalars → statements; `targets` turns these into text.
 
-use crate::bodies::Parameter;
-use crate::definition::{Definition, Law, Row};
 use crate::derive::derive;
-use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::exact::Exact;
-use crate::formula::{Dialect, Formulas};
 use crate::kernel::{Kernel, Once, Preparation};
-use crate::optimize::lower::MOST_OPERATIONS;
+use crate::lower::MOST_OPERATIONS;
+use crate::math::exact::Exact;
+use crate::model::bodies::Parameter;
+use crate::model::outputs::{Axis, Extra, Part};
+use crate::optimize::prepare::{self, Split};
 use crate::optimize::{Optimized, optimize};
 pub use crate::options::Request;
+use crate::options::plan::{Mode, Precision};
+use crate::options::specialize::{Specialization, remarks};
 use crate::options::{Choice, suggestion};
-use crate::outputs::{Axis, Extra, Part};
-use crate::plan::{Mode, Precision};
-use crate::prepare::{self, Split};
 use crate::scalar::{Program, Step};
 use crate::schedule::{Schedule, Style, schedule};
-use crate::span::Source;
-use crate::specialize::{Specialization, remarks};
+use crate::show::formula::{Dialect, Formulas};
+use crate::source::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::span::Source;
+use crate::source::suggest;
 use crate::syntax::ast::Function;
 use crate::vector::Formulation;
-use crate::{check, suggest, syntax};
+use crate::vector::definition::{Definition, Law, Row};
+use crate::{check, syntax};
 use std::time::{Duration, Instant};
 
 impl Stages {

@@ -1,12 +1,12 @@
 //! What the targets print: scheduled kernels, and the file they stand in.
 
-use crate::bodies::{Signature, Slot};
-use crate::exact::Exact;
-pub use crate::identifiers::Target;
-use crate::layouts::{Layout, Packing};
-use crate::number::Number;
-use crate::outputs::{Part, Piece};
-pub use crate::plan::Precision;
+use crate::layout::{Layout, Packing};
+use crate::math::exact::Exact;
+use crate::math::number::Number;
+use crate::model::bodies::{Signature, Slot};
+use crate::model::outputs::{Part, Piece};
+pub use crate::names::Target;
+pub use crate::options::plan::Precision;
 use crate::scalar::Operations;
 use crate::schedule::Schedule;
 

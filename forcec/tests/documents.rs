@@ -5,21 +5,21 @@
 #![cfg(feature = "cli")]
 
 use forcec::Mode;
-use forcec::bodies::{BODIES, BodyRow, Field, Role};
 use forcec::compile::{Compiled, Stages, compile};
-use forcec::diagnostic::Diagnostics;
-use forcec::identities::IDENTITIES;
+use forcec::emit;
 use forcec::kernel::{File, Precision, Target};
-use forcec::layouts::LAYOUTS;
+use forcec::layout::LAYOUTS;
 use forcec::lint::{advise, render};
-use forcec::ops::Function;
+use forcec::math::functions::Function;
+use forcec::model::bodies::{BODIES, BodyRow, Field, Role};
+use forcec::model::outputs::{Axis, Part};
 use forcec::optimize::PASSES;
-use forcec::outputs::{Axis, Part};
 use forcec::rounding::observed::compare;
 use forcec::rounding::upward;
 use forcec::scalar::Operations;
-use forcec::span::Source;
-use forcec::targets;
+use forcec::source::diagnostic::Diagnostics;
+use forcec::source::span::Source;
+use forcec::vector::identities::IDENTITIES;
 use forcec::verify::Family;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -200,7 +200,7 @@ fn kernel_excerpt() -> String {
         kernels: compiled.functions.into_iter().map(|stages| stages.kernel).collect(),
         precisions: vec![Precision::F64],
     };
-    let files = targets::emit(&file, Target::C);
+    let files = emit::emit(&file, Target::C);
     let text = files.into_iter().find(|file| file.name == "joints.c").unwrap().text;
     let (_, kernel) = text.split_once("#include \"joints.h\"\n\n").expect("the file includes its header");
     let (head, body) = kernel.split_once("    /* F */\n").expect("the kernel has its headings");

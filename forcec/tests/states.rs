@@ -1,8 +1,8 @@
 //! The states of a check: every arm of every branch is reached, at whatever scale the function has its numbers.
 
 use forcec::compile::{Request, Stages, compile};
-use forcec::exact::Exact;
-use forcec::span::Source;
+use forcec::math::exact::Exact;
+use forcec::source::span::Source;
 use forcec::verify::{self, CheckOptions, Report, Subject};
 use forcec::{Mode, Specialization};
 

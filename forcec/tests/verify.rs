@@ -1,14 +1,14 @@
 //! The verifier on kernels built by hand: right ones pass, and every flipped sign is caught and named.
 
 use forcec::Precision;
-use forcec::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
-use forcec::definition::{Definition, Generalised, Law, Row};
-use forcec::exact::Exact;
 use forcec::kernel::Kernel;
-use forcec::ops::Function;
-use forcec::outputs::Part;
+use forcec::math::exact::Exact;
+use forcec::math::functions::Function;
+use forcec::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
+use forcec::model::outputs::Part;
 use forcec::scalar::Program;
 use forcec::schedule::{Style, schedule};
+use forcec::vector::definition::{Definition, Generalised, Law, Row};
 use forcec::vector::{Comparison, Graph, Real, Vector};
 use forcec::verify::probe::Probe;
 use forcec::verify::{self, CheckOptions, Family, Mutation, Printed, Report, Subject, Verdict};
@@ -531,7 +531,7 @@ fn stiff_kernels_raise_no_false_alarm() {
 
 /// A kernel from the text of its function, by the whole pipeline, and what the check says of it.
 fn checked(text: &str) -> Report {
-    let source = forcec::span::Source::new("force.rs", text);
+    let source = forcec::source::span::Source::new("force.rs", text);
     let compiled = forcec::compile::compile(&source, &|_| true, forcec::Effort::Default)
         .unwrap_or_else(|errors| panic!("{errors}"));
     let function = &compiled.functions[0];
@@ -564,7 +564,7 @@ fn what_stands_on_a_switch_is_singular() {
     let function = "#[force]\nfn ground(p: Particle, k: Real) -> Vec3 { let push = (-k * p.velocity.z - k * p.velocity.x).max(0.0); \
          if p.position.z < 0.0 { Vec3::new(0.0, 0.0, push) } else { Vec3::zeros() } }\n";
     for text in [rows, function] {
-        let source = forcec::span::Source::new("floor.rs", text);
+        let source = forcec::source::span::Source::new("floor.rs", text);
         let known = forcec::Specialization {
             set: vec![("stiffness".to_owned(), vec![Exact::ZERO])],
             ..Default::default()
@@ -605,7 +605,7 @@ fn library() -> Vec<forcec::compile::Stages> {
         paths.sort();
         for path in paths {
             let text = std::fs::read_to_string(&path).expect("the file can be read");
-            let source = forcec::span::Source::new(path.display().to_string(), text);
+            let source = forcec::source::span::Source::new(path.display().to_string(), text);
             let compiled = forcec::compile::compile(&source, &|_| true, forcec::Effort::Default);
             let compiled = compiled.unwrap_or_else(|_| panic!("{} compiles", path.display()));
             functions.extend(compiled.functions);
@@ -675,7 +675,7 @@ fn the_text_is_evaluated_as_written() {
          let m = Mat2::new(d.x, k, 0.3, d.y).inverse();\n\
          let differences = (d.x - 1000.1) / 3.0 - 2.0 * n.y * d.norm();\n\
          differences / k + d.z.powi(5) - d.y.powi(-3) * m[(0, 1)] + (0.1 + d.x) * (0.7 - d.y) / n.z\n}\n";
-    let source = forcec::span::Source::new("e.rs", text);
+    let source = forcec::source::span::Source::new("e.rs", text);
     let request = forcec::Request { outputs: vec![Part::Value], ..Default::default() };
     let compiled = forcec::compile::compile(&source, &|_| true, request).expect("it compiles");
     let function = &compiled.functions[0];

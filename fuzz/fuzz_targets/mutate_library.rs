@@ -1,7 +1,7 @@
 //! The front end on library files whose tokens were moved about: the bytes are edits, three each.
 #![no_main]
 
-use forcec::span::Source;
+use forcec::source::span::Source;
 use forcec::{check, syntax};
 use libfuzzer_sys::fuzz_target;
 

@@ -1,7 +1,7 @@
 //! The front end on any bytes: a tree or messages, never a panic.
 #![no_main]
 
-use forcec::span::Source;
+use forcec::source::span::Source;
 use forcec::{check, syntax};
 use libfuzzer_sys::fuzz_target;
 

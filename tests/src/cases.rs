@@ -4,10 +4,10 @@
 //! identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit arithmetic.
 
 use crate::{ForceFile, Random, pipe};
-use forcec::bodies::Signature;
 use forcec::compile::Stages;
 use forcec::kernel::Precision;
-use forcec::outputs::Part;
+use forcec::model::bodies::Signature;
+use forcec::model::outputs::Part;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Inputs, Subject};
 use std::collections::BTreeSet;

@@ -9,12 +9,12 @@ pub mod covering;
 pub mod driver;
 pub mod sweep;
 
-use forcec::bodies::{Role, Signature, Slot};
 use forcec::compile::{Compiled, Request, compile};
 use forcec::kernel::{File, Precision};
-use forcec::layouts::{LANES, LAYOUTS, Layout};
-use forcec::outputs::Part;
-use forcec::span::Source;
+use forcec::layout::{LANES, LAYOUTS, Layout};
+use forcec::model::bodies::{Role, Signature, Slot};
+use forcec::model::outputs::Part;
+use forcec::source::span::Source;
 use forcec::{Plan, Specialization, check, syntax};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -8,14 +8,15 @@ use crate::cases::{misses, try_cases};
 use crate::covering::covering;
 use crate::{folder, parallel, pipe};
 use forcec::compile::{Request, Stages, compile_file};
+use forcec::emit;
 use forcec::kernel::{File, Precision, Target};
+use forcec::model::outputs::Axis;
 use forcec::options::{Choice, OPTIONS, OptionRow, Takes};
-use forcec::outputs::Axis;
-use forcec::span::Source;
+use forcec::source::span::Source;
 use forcec::syntax::ast;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject as Probed};
-use forcec::{Effort, Layout, Part, check, syntax, targets};
+use forcec::{Effort, Layout, Part, check, syntax};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -113,16 +114,16 @@ pub fn subjects(folders: &[&str], wanted: &(dyn Fn(&str, usize) -> bool + Sync))
         let chosen = |name: &str| definitions.iter().any(|own| own.name == name);
         let compiled = compile_file(&tree, &chosen, Request { settled: true, ..Effort::Quick.into() });
         let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
-        let subject = |(stages, definition): (&Stages, &forcec::definition::Definition)| {
+        let subject = |(stages, definition): (&Stages, &forcec::vector::definition::Definition)| {
             let signature = &stages.program.signature;
             let probed = Probed { source: &stages.source, program: &stages.program };
             let state = Probe::new(&probed).draw(Family::Random, 3, 0);
             let fields = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
             let mut at: usize = fields.map(|field| field.length as usize).sum();
-            let parameter = |parameter: &forcec::bodies::Parameter| {
+            let parameter = |parameter: &forcec::model::bodies::Parameter| {
                 let length = parameter.ty.length() as usize;
                 at += length;
-                let any = parameter.ty != forcec::bodies::ParameterType::Quaternion;
+                let any = parameter.ty != forcec::model::bodies::ParameterType::Quaternion;
                 (parameter.name.clone(), state[at - length..at].to_vec(), any)
             };
             Subject {
@@ -269,7 +270,7 @@ impl Row<'_> {
             precisions: precisions.clone(),
         };
         for target in self.request.targets_or(Target::C) {
-            for generated in targets::emit(&file, target) {
+            for generated in emit::emit(&file, target) {
                 std::fs::write(folder.join(generated.name), generated.text)
                     .expect("the folder can be written");
             }

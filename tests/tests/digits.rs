@@ -4,9 +4,9 @@
 //! precisions where the numbers fit.
 
 use forcec::compile::{Stages, compile};
-use forcec::number::Number;
-use forcec::outputs::Part;
-use forcec::span::Source;
+use forcec::math::number::Number;
+use forcec::model::outputs::Part;
+use forcec::source::span::Source;
 use forcec::{Mode, Plan};
 use forcec_tests::Places;
 

@@ -12,9 +12,9 @@
 //! eighth, and no more go beyond a tenth than do now. The test prints those that do.
 
 use forcec::compile::compile;
+use forcec::emit;
 use forcec::kernel::{Precision, Target};
-use forcec::span::Source;
-use forcec::targets;
+use forcec::source::span::Source;
 use forcec_tests::{library, options_for, parallel};
 use quote::{ToTokens, format_ident};
 use std::path::Path;
@@ -50,7 +50,7 @@ fn kernel(file: &syn::File, name: &str) -> Option<String> {
     {
         assert!(errors.has_errors(), "{errors}");
     }
-    let text = targets::kernel(&compiled.functions.first()?.kernel, Target::C, Precision::F64);
+    let text = emit::kernel(&compiled.functions.first()?.kernel, Target::C, Precision::F64);
     // The head repeats the source in formulas, and bounds that change with any number.
     text.split_once("\n */\n").map(|(_, code)| code.to_owned())
 }

@@ -2,9 +2,9 @@
 //! error of a kernel is at most twice the one near it. Moved states have the same differences of positions, to the
 //! bit, so that every digit that is lost is the kernel's own.
 
-use forcec::bodies::{Domain, Parameter, ParameterType};
 use forcec::compile::Stages;
-use forcec::number::Number;
+use forcec::math::number::Number;
+use forcec::model::bodies::{Domain, Parameter, ParameterType};
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject};
 

@@ -1,14 +1,14 @@
 //! Every row of the function table: its derivative formula against differences in 320 bits, its value in doubles against
 //! the value in 320 bits, its C and Rust spelling compiled and run, and the edges of its domain.
 
-use forcec::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature};
+use forcec::emit;
 use forcec::kernel::{File, Kernel, Precision, Target};
-use forcec::ops::{Function, FunctionDomain};
-use forcec::outputs::{Output, Part};
+use forcec::math::functions::{Function, FunctionDomain};
+use forcec::math::special;
+use forcec::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature};
+use forcec::model::outputs::{Output, Part};
 use forcec::scalar::{Graph, Program};
 use forcec::schedule::{Style, schedule};
-use forcec::special;
-use forcec::targets;
 use forcec::verify::Subject;
 use forcec::verify::probe::{self, Probe};
 use forcec_tests::{Random, compiled, driver, folder, pipe, run};
@@ -237,7 +237,7 @@ fn c_and_rust_spell_the_same_function() {
         precisions: vec![Precision::F64, Precision::F32],
     };
     let folder = folder(env!("CARGO_TARGET_TMPDIR"), "functions");
-    for generated in [Target::C, Target::Rust].into_iter().flat_map(|target| targets::emit(&file, target)) {
+    for generated in [Target::C, Target::Rust].into_iter().flat_map(|target| emit::emit(&file, target)) {
         std::fs::write(folder.join(generated.name), generated.text).unwrap();
     }
     std::fs::write(folder.join("driver.c"), driver::c(&file, COUNT)).unwrap();

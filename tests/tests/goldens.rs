@@ -12,12 +12,13 @@
 
 use forcec::compile::{Compiled, Request, Stages, compile};
 use forcec::derive::derive;
-use forcec::formula::Dialect;
+use forcec::emit;
 use forcec::kernel::{File, Precision, Target};
 use forcec::optimize::{LOWER, PASSES};
-use forcec::span::Source;
+use forcec::show::formula::Dialect;
+use forcec::show::graphs;
+use forcec::source::span::Source;
 use forcec::{Layout, Plan};
-use forcec::{targets, text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -93,18 +94,18 @@ fn stage(compiled: &Compiled, stem: &str, stage: &str) -> String {
             precisions: vec![Precision::F64],
         };
         let name = format!("{}.{ending}", file.name());
-        let file = targets::emit(&file, target).into_iter().find(|file| file.name == name);
+        let file = emit::emit(&file, target).into_iter().find(|file| file.name == name);
         file.expect("the target writes it").text
     };
     match stage {
         "warnings" => {
             let warnings = compiled.warnings.clone();
-            forcec::diagnostic::Diagnostics::new(compiled.source.clone(), warnings).to_string()
+            forcec::source::diagnostic::Diagnostics::new(compiled.source.clone(), warnings).to_string()
         }
         "ast" => each(&|function| function.ast.clone()),
         "graph" => each(&|function| function.definition.graph.to_string()),
         "derivative" => each(&|function| {
-            text::derivative(
+            graphs::derivative(
                 &mut derive(&function.definition, &function.outputs(), function.formulation),
                 Dialect::Text,
             )

@@ -1,8 +1,8 @@
 //! Every identity: its two sides become one node of a simplifying graph, are two of a verbatim one, and have the same value
 //! in 320 bits wherever both are defined.
 
-use forcec::definition::{Definition, Law, Row};
-use forcec::identities::{IDENTITIES, Identity};
+use forcec::vector::definition::{Definition, Law, Row};
+use forcec::vector::identities::{IDENTITIES, Identity};
 use forcec::verify::probe;
 use forcec_tests::{Random, compiled};
 

@@ -3,8 +3,8 @@
 //! Each force file becomes one program that reads states and writes outputs; the oracle is 320-bit arithmetic on the
 //! expression as it was written, differentiated by differences.
 
+use forcec::emit;
 use forcec::kernel::{Precision, Target};
-use forcec::targets;
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, driver, folder, library, parallel, run, special, unseen};
 use std::time::Instant;
@@ -15,7 +15,7 @@ const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 /// How far each kernel of a file is off, in both precisions.
 fn measure(file: &ForceFile, folder: &std::path::Path) -> Vec<(Precision, Miss)> {
     let printable = file.printable(&PRECISIONS);
-    for generated in targets::emit(&printable, Target::C) {
+    for generated in emit::emit(&printable, Target::C) {
         std::fs::write(folder.join(generated.name), generated.text).unwrap();
     }
     std::fs::write(folder.join("driver.c"), driver::c(&printable, STATES)).unwrap();

@@ -1,8 +1,8 @@
 //! Every library kernel as Rust: rustc and clippy find nothing, rustfmt changes nothing, and it computes what the program
 //! means in 320 bits.
 
+use forcec::emit;
 use forcec::kernel::{Precision, Target};
-use forcec::targets;
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, driver, folder, library, lint, parallel, run, special};
 use std::path::Path;
@@ -11,7 +11,7 @@ const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
 fn measure(file: &ForceFile, folder: &Path) -> Vec<(Precision, Miss)> {
     let printable = file.printable(&PRECISIONS);
-    let generated = targets::emit(&printable, Target::Rust);
+    let generated = emit::emit(&printable, Target::Rust);
     let [generated] = generated.as_slice() else { panic!("Rust is one file") };
     std::fs::write(folder.join(&generated.name), &generated.text).unwrap();
     lint(folder, &printable.name());

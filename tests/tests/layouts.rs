@@ -3,8 +3,9 @@
 //! the last call; the lanes that are left over are not numbers, and no other lane may notice.
 
 use forcec::compile::{Request, Stages};
+use forcec::emit;
 use forcec::kernel::{Precision, Target};
-use forcec::{Mode, Plan, targets};
+use forcec::{Mode, Plan};
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, driver, folder, laid_out, lint, parallel, requested, run};
 use std::path::Path;
@@ -15,7 +16,7 @@ fn measure(file: &ForceFile, precisions: &[Precision], folder: &Path) -> Vec<(Pr
     let printable = file.printable(precisions);
     let name = printable.name();
     for target in Target::ALL {
-        for generated in targets::emit(&printable, target) {
+        for generated in emit::emit(&printable, target) {
             std::fs::write(folder.join(generated.name), generated.text).unwrap();
         }
     }

@@ -2,8 +2,8 @@
 //! their operations, nowhere else; what is not a number they hand on.
 
 use forcec::compile::Stages;
-use forcec::eval;
 use forcec::scalar::Operations;
+use forcec::scalar::eval;
 use forcec::schedule::Statement;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject};
@@ -77,8 +77,9 @@ fn what_is_not_a_number_goes_the_way_of_the_source() {
     let text = "#[force]\npub fn floor(p: Particle, k: Real, d: Real) -> Vec3 {\n\
                 let z = p.position.z;\n\
                 if z < 0.0 { Vec3::new(0.0, k * z * z, -k * z + d * z * p.velocity.z * p.velocity.z) } else { Vec3::zeros() }\n}\n";
-    let source = forcec::span::Source::new("floor.rs", text);
-    let compiled = forcec::compile::compile(&source, &|_| true, forcec::plan::Effort::Default).unwrap();
+    let source = forcec::source::span::Source::new("floor.rs", text);
+    let compiled =
+        forcec::compile::compile(&source, &|_| true, forcec::options::plan::Effort::Default).unwrap();
     let function = &compiled.functions[0];
     assert!(before_leaving(function).is_some(), "{}", function.kernel.schedule);
     for z in [-1.0, 0.0, 1.0, f64::NAN] {

@@ -2,7 +2,7 @@
 
 use forcec::compile::compile;
 use forcec::lint::{Advice, advise, render};
-use forcec::span::Source;
+use forcec::source::span::Source;
 use std::path::Path;
 
 fn advice(source: &Source) -> Vec<Advice> {

@@ -1,10 +1,10 @@
 //! Long kernels: written as functions of at most about a thousand statements, which compile without a warning in both
 //! languages and compute what the source means in 320 bits.
 
+use forcec::emit;
 use forcec::kernel::{Precision, Target};
 use forcec::schedule::Statement;
-use forcec::schedule::split::LONGEST;
-use forcec::targets;
+use forcec::schedule::sections::LONGEST;
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, compiled, driver, folder, lint, run};
 
@@ -102,9 +102,7 @@ fn long_kernels_equal_their_mathematics() {
     let file = long();
     let printable = file.printable(&PRECISIONS);
     let folder = folder(env!("CARGO_TARGET_TMPDIR"), "long");
-    for generated in
-        [Target::C, Target::Rust].into_iter().flat_map(|target| targets::emit(&printable, target))
-    {
+    for generated in [Target::C, Target::Rust].into_iter().flat_map(|target| emit::emit(&printable, target)) {
         std::fs::write(folder.join(generated.name), generated.text).unwrap();
     }
     lint(&folder, "long");

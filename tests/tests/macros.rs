@@ -2,10 +2,10 @@
 //! line at the same places.
 
 use forcec::compile::compile;
-use forcec::expand;
+use forcec::emit;
 use forcec::kernel::{Precision, Target};
-use forcec::span::Source;
-use forcec::targets;
+use forcec::macros;
+use forcec::source::span::Source;
 use forcec_tests::{ForceFile, library, parallel, unseen};
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
@@ -52,7 +52,7 @@ fn kernels(items: &[syn::Item], found: &mut BTreeMap<String, String>) {
 
 /// What the command line writes for a file.
 fn written(file: &ForceFile) -> BTreeMap<String, String> {
-    let generated = targets::emit(&file.printable(&PRECISIONS), Target::Rust);
+    let generated = emit::emit(&file.printable(&PRECISIONS), Target::Rust);
     let parsed = syn::parse_file(&generated[0].text).unwrap();
     let mut found = BTreeMap::new();
     kernels(&parsed.items, &mut found);
@@ -79,7 +79,7 @@ fn modules_are_what_the_command_line_writes() {
     for (folder, files) in [("../constraints", library()), ("unseen", unseen())] {
         let counts = parallel(files, |file| {
             let module = in_module(&text(folder, &file.stem)).unwrap();
-            let expanded = expanded(expand::module(TokenStream::new(), module));
+            let expanded = expanded(macros::module(TokenStream::new(), module));
             let written = written(&file);
             assert!(expanded.keys().eq(written.keys()), "{}: the same kernels", file.stem);
             assert_equal(&file.stem, &expanded, &written);
@@ -106,7 +106,7 @@ fn functions_alone_are_what_the_command_line_writes() {
                 _ => TokenStream::new(),
             };
             let name = attribute.path().get_ident().unwrap().to_string();
-            let output = expand::function(&name, options, function.to_token_stream());
+            let output = macros::function(&name, options, function.to_token_stream());
             // One that needs a helper says so.
             if errors(output.clone()).is_empty() {
                 let expanded = expanded(output);
@@ -137,12 +137,12 @@ fn options_make_what_the_command_line_makes() {
         let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
         let mut written = BTreeMap::new();
         for precision in PRECISIONS {
-            let text = targets::kernel(&compiled.functions[0].kernel, Target::Rust, precision);
+            let text = emit::kernel(&compiled.functions[0].kernel, Target::Rust, precision);
             kernels(&syn::parse_file(&text).unwrap().items, &mut written);
         }
-        let alone = expand::function("constraint", options.parse().unwrap(), JOINT.parse().unwrap());
+        let alone = macros::function("constraint", options.parse().unwrap(), JOINT.parse().unwrap());
         let module = format!("mod joints {{ #[constraint] {JOINT} }}");
-        let module = expand::module(options.parse().unwrap(), module.parse().unwrap());
+        let module = macros::module(options.parse().unwrap(), module.parse().unwrap());
         for output in [alone, module] {
             assert!(errors(output.clone()).is_empty(), "{options}: {output}");
             let expanded = expanded(output);
@@ -171,11 +171,11 @@ fn wrong_options_are_named() {
         ("fma, fma", 6, "`fma` is stated twice"),
         ("target = rust", 1, "unknown option `target`"),
     ] {
-        let alone = expand::function("constraint", options.parse().unwrap(), function.parse().unwrap());
+        let alone = macros::function("constraint", options.parse().unwrap(), function.parse().unwrap());
         let found = errors(alone);
         assert_eq!(found, [(1, column, message.to_owned())].into(), "{options}");
     }
-    let included = expand::file("\"joints.rs\", layout = packd".parse().unwrap());
+    let included = macros::file("\"joints.rs\", layout = packd".parse().unwrap());
     assert_eq!(errors(included), [(1, 23, "unknown layout `packd`".to_owned())].into());
 }
 
@@ -233,7 +233,7 @@ fn messages_stand_where_the_command_line_puts_them() {
                 Some((line, column + shift(line), error.message.clone()))
             })
             .collect();
-        let here = errors(expand::module(TokenStream::new(), module));
+        let here = errors(macros::module(TokenStream::new(), module));
         let missing: Vec<_> = expected.difference(&here).collect();
         assert!(missing.is_empty(), "{stem}: the macro does not say {missing:?}; it says {here:?}");
         compared += 1;

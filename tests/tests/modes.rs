@@ -1,8 +1,9 @@
 //! Kernels of every mode: they compile without a warning under every kind of contraction, and what they compute is what
 //! their program says in 320 bits; the text of a small one in each mode.
 
+use forcec::emit;
 use forcec::kernel::{Precision, Target};
-use forcec::{Mode, Plan, targets};
+use forcec::{Mode, Plan};
 use forcec_tests::cases::{Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, compiled_with, driver, folder, library_with, parallel, run};
 
@@ -45,7 +46,7 @@ fn kernels_of_every_mode_equal_their_mathematics() {
         let file = some(plan, stem, names);
         let folder = folder(env!("CARGO_TARGET_TMPDIR"), &format!("modes_{mode}_{stem}"));
         let printable = file.printable(&PRECISIONS);
-        for generated in targets::emit(&printable, Target::C) {
+        for generated in emit::emit(&printable, Target::C) {
             std::fs::write(folder.join(generated.name), generated.text).unwrap();
         }
         std::fs::write(folder.join("driver.c"), driver::c(&printable, STATES)).unwrap();
@@ -73,7 +74,7 @@ fn rust_kernels_of_every_mode_equal_their_mathematics() {
         let file = some(plan, "joints", &["point_to_point", "distance"]);
         let folder = folder(env!("CARGO_TARGET_TMPDIR"), &format!("modes_rust_{mode}"));
         let printable = file.printable(&PRECISIONS);
-        for generated in targets::emit(&printable, Target::Rust) {
+        for generated in emit::emit(&printable, Target::Rust) {
             std::fs::write(folder.join(generated.name), generated.text).unwrap();
         }
         forcec_tests::lint(&folder, "joints");

@@ -4,9 +4,10 @@
 //! without an end.
 
 use forcec::compile::compile;
+use forcec::emit;
 use forcec::kernel::{File, Precision, Target};
-use forcec::span::Source;
-use forcec::{check, syntax, targets};
+use forcec::source::span::Source;
+use forcec::{check, syntax};
 use std::path::Path;
 use std::time::Instant;
 
@@ -187,9 +188,7 @@ fn damaged_files_are_answered() {
                 kernels: compiled.functions.into_iter().map(|function| function.kernel).collect(),
                 precisions: vec![Precision::F64],
             };
-            assert!(
-                !targets::emit(&file, Target::C).is_empty() && !targets::emit(&file, Target::Rust).is_empty()
-            );
+            assert!(!emit::emit(&file, Target::C).is_empty() && !emit::emit(&file, Target::Rust).is_empty());
             3
         });
         let depth = outcome.unwrap_or_else(|_| panic!("run {run} on this text:\n{text}"));

@@ -1,11 +1,12 @@
 //! Names that languages, headers or the kernels themselves keep, in every position: what is printed compiles without a
 //! warning in every dialect it may meet.
 
+use forcec::compile;
 use forcec::compile::Request;
+use forcec::emit;
 use forcec::kernel::{File, Precision, Target};
-use forcec::layouts::{LAYOUTS, Layout};
-use forcec::span::Source;
-use forcec::{compile, targets};
+use forcec::layout::{LAYOUTS, Layout};
+use forcec::source::span::Source;
 use forcec_tests::{ForceFile, compiled, folder, lint, run};
 use std::fmt::Write;
 use std::path::Path;
@@ -81,7 +82,7 @@ fn file() -> File {
 }
 
 fn emit(folder: &Path, target: Target) {
-    for generated in targets::emit(&file(), target) {
+    for generated in emit::emit(&file(), target) {
         std::fs::write(folder.join(generated.name), generated.text).unwrap();
     }
 }
@@ -119,7 +120,7 @@ fn layouts_take_every_name() {
         let compiled = compile::compile(&source, &|_| true, request).expect("it compiles");
         let stem = format!("pairs_{layout:?}_{lanes}").to_lowercase();
         let file = ForceFile { compiled, stem }.printable(&[Precision::F64]);
-        for generated in Target::ALL.into_iter().flat_map(|target| targets::emit(&file, target)) {
+        for generated in Target::ALL.into_iter().flat_map(|target| emit::emit(&file, target)) {
             std::fs::write(folder.join(generated.name), generated.text).unwrap();
         }
         let name = file.name();

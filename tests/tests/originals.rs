@@ -4,12 +4,12 @@
 //! the function, C, E or F itself, give the kernel's ∂F/∂X. Neither shares code with the compiler.
 
 use forcec::compile::{Request, Stages, compile};
-use forcec::definition::Law;
-use forcec::ops::Function;
-use forcec::outputs::Part;
-use forcec::plan::{Mode, Plan};
+use forcec::math::functions::Function;
+use forcec::model::outputs::Part;
+use forcec::options::plan::{Mode, Plan};
 use forcec::scalar::Node;
-use forcec::span::Source;
+use forcec::source::span::Source;
+use forcec::vector::definition::Law;
 use forcec::verify::probe::{Probe, returned};
 use forcec::verify::{Family, Subject};
 use forcec_tests::{library as compiled, library_text, parallel};

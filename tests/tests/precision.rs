@@ -1,11 +1,12 @@
 //! Single precision where a joint almost holds: mode `accurate` keeps the digits that rounding spoils.
 
-use forcec::bodies::Slot;
 use forcec::compile::Stages;
-use forcec::outputs::Part;
+use forcec::emit;
+use forcec::model::bodies::Slot;
+use forcec::model::outputs::Part;
 use forcec::verify::Subject;
 use forcec::verify::probe::Probe;
-use forcec::{Mode, Plan, Precision, Target, targets};
+use forcec::{Mode, Plan, Precision, Target};
 use forcec_tests::{ForceFile, Random, driver, folder, library_with, pipe, run};
 
 /// A ball joint with arms of about 0.3 m, off by about the violation; every number is a float. Positions are so many
@@ -137,7 +138,7 @@ fn in_c(file: &ForceFile, kernel: &str, probe: &Probe, states: &[Vec<f64>]) -> f
     let folder = folder(env!("CARGO_TARGET_TMPDIR"), &format!("held_{kernel}"));
     let mut printable = file.printable(&[Precision::F32]);
     printable.kernels.retain(|own| own.name == kernel);
-    for generated in targets::emit(&printable, Target::C) {
+    for generated in emit::emit(&printable, Target::C) {
         std::fs::write(folder.join(generated.name), generated.text).unwrap();
     }
     std::fs::write(folder.join("driver.c"), driver::c(&printable, HELD)).unwrap();

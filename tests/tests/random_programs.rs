@@ -4,13 +4,13 @@
 //! where they are smooth. `PROPTEST_CASES` raises their number.
 
 use forcec::Plan;
-use forcec::bodies::Role;
 use forcec::compile::compile;
+use forcec::emit;
 use forcec::kernel::{File, Precision, Target};
+use forcec::model::bodies::Role;
 use forcec::optimize::{LOWER, PASSES};
 use forcec::scalar::{Node, Program};
-use forcec::span::Source;
-use forcec::targets;
+use forcec::source::span::Source;
 use forcec::verify::{self, CheckOptions, Family, Report, Subject, Verdict};
 use forcec_tests::{compiled, options_for};
 use proptest::prelude::{Just, Strategy, prop_oneof};
@@ -181,7 +181,7 @@ fn program() -> BoxedStrategy<String> {
 }
 
 /// Every file of every target.
-fn emitted(text: &str) -> Vec<targets::Generated> {
+fn emitted(text: &str) -> Vec<emit::Generated> {
     let compiled = compiled("made", text);
     let file = File {
         stem: "made".to_owned(),
@@ -189,7 +189,7 @@ fn emitted(text: &str) -> Vec<targets::Generated> {
         kernels: compiled.functions.iter().map(|function| function.kernel.clone()).collect(),
         precisions: vec![Precision::F64, Precision::F32],
     };
-    [Target::C, Target::Rust].into_iter().flat_map(|target| targets::emit(&file, target)).collect()
+    [Target::C, Target::Rust].into_iter().flat_map(|target| emit::emit(&file, target)).collect()
 }
 
 /// Whether a report shows an error. Far from the origin random programs take sines of millions, which turn many times

@@ -2,10 +2,10 @@
 
 use forcec::compile::{Stages, compile};
 use forcec::kernel::Precision;
-use forcec::plan::{Effort, Mode, Plan};
+use forcec::options::plan::{Effort, Mode, Plan};
 use forcec::rounding::observed::compare;
 use forcec::rounding::{Analysis, rounding, upward};
-use forcec::span::Source;
+use forcec::source::span::Source;
 use forcec::verify::Family;
 use std::path::Path;
 

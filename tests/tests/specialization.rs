@@ -2,11 +2,11 @@
 //! turn, and each parameter set to a value; the entries that are left are those of the general kernel. What else is
 //! computed changes nothing either: any two results are checked together.
 
-use forcec::bodies::Signature;
 use forcec::compile::{Request, Stages, compile_file};
-use forcec::exact::Exact;
-use forcec::outputs::Part;
-use forcec::span::Source;
+use forcec::math::exact::Exact;
+use forcec::model::bodies::Signature;
+use forcec::model::outputs::Part;
+use forcec::source::span::Source;
 use forcec::verify::probe::Probe;
 use forcec::verify::{CheckOptions, Family, Subject, check_chosen};
 use forcec::{Effort, Plan, Specialization, syntax};
@@ -24,8 +24,9 @@ fn ways(signature: &Signature, state: &[f64]) -> Vec<Specialization> {
             ways.push(Specialization { fixed: vec![body.name.clone()], ..Specialization::default() });
         }
     }
-    let stored =
-        |body: &forcec::bodies::Body| body.kind.row().fields.iter().map(|f| f.length as usize).sum::<usize>();
+    let stored = |body: &forcec::model::bodies::Body| {
+        body.kind.row().fields.iter().map(|f| f.length as usize).sum::<usize>()
+    };
     let mut at: usize = signature.bodies.iter().map(stored).sum();
     for parameter in &signature.parameters {
         let length = parameter.ty.length() as usize;

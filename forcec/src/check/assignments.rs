@@ -1,11 +1,11 @@
 //! Assignments: to a variable, or to a part of one.
 
-use super::elaborator::Elaborator;
-use super::matrices;
-use super::operators;
-use super::types::Type;
-use super::values::{Composite, Value};
-use crate::span::Span;
+use crate::check::builtins::matrices;
+use crate::check::elaborator::Elaborator;
+use crate::check::operators;
+use crate::check::types::Type;
+use crate::check::values::{Composite, Value};
+use crate::source::span::Span;
 use crate::syntax::ast::{BinaryOp, ExprId, ExprKind};
 
 impl Elaborator<'_> {

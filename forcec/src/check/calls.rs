@@ -1,11 +1,11 @@
 //! Calls: of helpers, and of what is built in by its row of the table.
 
-use super::builtins::{self, Builtin, Place, Shape};
-use super::elaborator::Elaborator;
-use super::types::Type;
-use super::values::Value;
-use crate::span::Span;
-use crate::suggest;
+use crate::check::builtins::{self, Builtin, Place, Shape};
+use crate::check::elaborator::Elaborator;
+use crate::check::types::Type;
+use crate::check::values::Value;
+use crate::source::span::Span;
+use crate::source::suggest;
 use crate::syntax::ast::{ExprId, Name, Path};
 
 impl<'a> Elaborator<'a> {

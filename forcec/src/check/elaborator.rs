@@ -4,15 +4,15 @@
 //! ends within its budget whatever the program says; a mistake gives one message and a poisoned value, and a
 //! poisoned value gives no message.
 
-use super::program::Program;
-use super::risks::Risk;
-use super::scope::Scope;
-use super::types::Type;
-use super::values::Value;
-use crate::diagnostic::Diagnostic;
-use crate::exact::Exact;
-use crate::plan::Precision;
-use crate::span::Span;
+use crate::check::program::Program;
+use crate::check::scope::Scope;
+use crate::check::singular::risks::Risk;
+use crate::check::types::Type;
+use crate::check::values::Value;
+use crate::math::exact::Exact;
+use crate::options::plan::Precision;
+use crate::source::diagnostic::Diagnostic;
+use crate::source::span::Span;
 use crate::syntax::ast::{ExprId, Expressions, FunctionKind};
 use crate::vector::{Graph, Real, Truth};
 use rustc_hash::FxHashMap;
@@ -268,7 +268,7 @@ impl<'a> Elaborator<'a> {
     // ---- what can be singular
 
     /// Notes that a formula at this place is singular where the operand is.
-    pub(crate) fn risk(&mut self, kind: super::risks::RiskKind, operand: Real, span: Span) {
+    pub(crate) fn risk(&mut self, kind: crate::check::singular::risks::RiskKind, operand: Real, span: Span) {
         let guards = self.guards[self.frame.first_guard..].to_vec();
         self.risks.push(Risk { kind, operand, span, guards });
     }

@@ -1,15 +1,15 @@
 //! Expressions, one form after the other.
 
-use super::elaborator::{Elaborator, LARGEST_VALUE};
-use super::matrices;
-use super::operators;
-use super::program::PI;
-use super::quaternions::{self};
-use super::types::Type;
-use super::values::{Composite, Value};
-use crate::ops::Function;
-use crate::span::Span;
-use crate::suggest;
+use crate::check::builtins::matrices;
+use crate::check::builtins::quaternions::{self};
+use crate::check::elaborator::{Elaborator, LARGEST_VALUE};
+use crate::check::operators;
+use crate::check::program::PI;
+use crate::check::types::Type;
+use crate::check::values::{Composite, Value};
+use crate::math::functions::Function;
+use crate::source::span::Span;
+use crate::source::suggest;
 use crate::syntax::ast::{self, BinaryOp, ExprId, ExprKind, Name, Path, UnaryOp};
 use crate::vector::Truth;
 

@@ -1,21 +1,23 @@
 //! Force functions: what they may take and return, and how they become definitions.
 
-use super::elaborator::{Elaborator, LARGEST_VALUE, Purpose};
-use super::matrices::Matrix3;
-use super::program::Program;
-use super::quaternions::Quaternion;
-use super::ranges;
-use super::risks;
-use super::scales;
-use super::types::Type;
-use super::values::Value;
-use crate::bodies::{Body, BodyKind, Domain, FieldDomain, Parameter, ParameterType, Role, Signature, Slot};
-use crate::definition::{Definition, Generalised, Law, Row};
-use crate::diagnostic::{Diagnostic, Lint};
-use crate::exact::Exact;
-use crate::specialize::Specialization;
-use crate::suggest;
+use crate::check::builtins::matrices::Matrix3;
+use crate::check::builtins::quaternions::Quaternion;
+use crate::check::elaborator::{Elaborator, LARGEST_VALUE, Purpose};
+use crate::check::program::Program;
+use crate::check::scales;
+use crate::check::singular::ranges;
+use crate::check::singular::risks;
+use crate::check::types::Type;
+use crate::check::values::Value;
+use crate::math::exact::Exact;
+use crate::model::bodies::{
+    Body, BodyKind, Domain, FieldDomain, Parameter, ParameterType, Role, Signature, Slot,
+};
+use crate::options::specialize::Specialization;
+use crate::source::diagnostic::{Diagnostic, Lint};
+use crate::source::suggest;
 use crate::syntax::ast::{DomainClause, ExprId, Function, FunctionKind, Name, StatedDomain};
+use crate::vector::definition::{Definition, Generalised, Law, Row};
 use crate::vector::{Comparison, Graph};
 
 /// More arguments than any function has.
@@ -206,7 +208,7 @@ fn signature(
         );
     }
     let mut elaborator = Elaborator::new(program, recursive, Graph::new(Signature::default()));
-    elaborator.frame = super::elaborator::Frame::new(&function.expressions, 0);
+    elaborator.frame = crate::check::elaborator::Frame::new(&function.expressions, 0);
     for clause in &function.domains {
         domain(&mut elaborator, function, clause, &mut signature);
     }

@@ -1,8 +1,8 @@
 //! Constants and functions of the file: evaluated once, inlined once for every list of arguments.
 
-use super::elaborator::{Elaborator, Frame, Variable};
-use super::values::Value;
-use crate::span::Span;
+use crate::check::elaborator::{Elaborator, Frame, Variable};
+use crate::check::values::Value;
+use crate::source::span::Span;
 
 impl<'a> Elaborator<'a> {
     /// Runs `work` in a frame of its own.

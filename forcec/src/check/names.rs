@@ -3,13 +3,13 @@
 //! In: functions as written, branches that will never be taken included. Out: messages. The elaborator may take it
 //! that a name it does not find has been complained about.
 
-use super::builtins;
-use super::program::{PI, Program};
-use super::scope::Scope;
-use super::types::Type;
-use crate::diagnostic::{Diagnostic, Lint};
-use crate::span::Span;
-use crate::suggest;
+use crate::check::builtins;
+use crate::check::program::{PI, Program};
+use crate::check::scope::Scope;
+use crate::check::types::Type;
+use crate::source::diagnostic::{Diagnostic, Lint};
+use crate::source::span::Span;
+use crate::source::suggest;
 use crate::syntax::ast::{
     Block, Constant, ExprId, ExprKind, Expressions, Function, FunctionKind, Name, Path, Pattern,
     StatedDomain, Statement, TypeKind,

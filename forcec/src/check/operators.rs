@@ -1,13 +1,13 @@
 //! Operators between values.
 
-use super::elaborator::Elaborator;
-use super::matrices::{self, Matrix3};
-use super::quaternions;
-use super::risks::RiskKind;
-use super::types::Type;
-use super::values::Value;
-use crate::exact::Exact;
-use crate::span::Span;
+use crate::check::builtins::matrices::{self, Matrix3};
+use crate::check::builtins::quaternions;
+use crate::check::elaborator::Elaborator;
+use crate::check::singular::risks::RiskKind;
+use crate::check::types::Type;
+use crate::check::values::Value;
+use crate::math::exact::Exact;
+use crate::source::span::Span;
 use crate::syntax::ast::BinaryOp;
 use crate::vector::{Comparison, Graph, Node, Real};
 use std::rc::Rc;

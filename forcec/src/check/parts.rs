@@ -1,12 +1,12 @@
 //! Parts of values: fields of bodies, entries of vectors and matrices, elements of tuples and arrays.
 
-use super::elaborator::Elaborator;
-use super::matrices;
-use super::quaternions::{self, Quaternion};
-use super::values::Value;
-use crate::bodies::Role;
-use crate::span::Span;
-use crate::suggest;
+use crate::check::builtins::matrices;
+use crate::check::builtins::quaternions::{self, Quaternion};
+use crate::check::elaborator::Elaborator;
+use crate::check::values::Value;
+use crate::model::bodies::Role;
+use crate::source::span::Span;
+use crate::source::suggest;
 use crate::syntax::ast::{FunctionKind, Name};
 use crate::vector::Real;
 
@@ -73,7 +73,7 @@ impl Elaborator<'_> {
                 })
             }
             _ => suggest::did_you_mean(text, known.iter().copied()).or_else(|| {
-                let method = super::builtins::method_arguments(text) == Some(0);
+                let method = crate::check::builtins::method_arguments(text) == Some(0);
                 match known.as_slice() {
                     _ if method => Some(format!("`{text}` is a method; write `.{text}()`")),
                     [] => None,

@@ -1,10 +1,10 @@
 //! A file's functions and constants by name, and the types of functions.
 
-use super::types::Type;
-use crate::bodies::BodyKind;
-use crate::diagnostic::Diagnostic;
-use crate::identifiers::{Target, defined_for};
-use crate::span::Span;
+use crate::check::types::Type;
+use crate::model::bodies::BodyKind;
+use crate::names::{Target, defined_for};
+use crate::source::diagnostic::Diagnostic;
+use crate::source::span::Span;
 use crate::syntax::ast::{Constant, File, Function, FunctionKind, Name};
 use std::collections::BTreeMap;
 

@@ -1,9 +1,9 @@
 //! Types as they are written, resolved; lengths of arrays are evaluated on the way.
 
-use super::elaborator::{Elaborator, LARGEST_VALUE};
-use super::types::Type;
-use super::values::Value;
-use crate::suggest;
+use crate::check::elaborator::{Elaborator, LARGEST_VALUE};
+use crate::check::types::Type;
+use crate::check::values::Value;
+use crate::source::suggest;
 use crate::syntax::ast::{self, ExprId, TypeKind};
 
 impl Elaborator<'_> {

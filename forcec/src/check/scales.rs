@@ -4,9 +4,9 @@
 //! so are what is added to them or compared with them, and products have the sum of the powers of their factors: what
 //! this leaves open stays open. It is a guess that decides where states are drawn, and nothing else.
 
-use crate::bodies::{Domain, ParameterType, Role, Slot};
-use crate::exact::Exact;
-use crate::ops::Function;
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::model::bodies::{Domain, ParameterType, Role, Slot};
 use crate::vector::{Graph, Node};
 
 /// Rounds of inference; what a round learns about a parameter tells the next more about others.

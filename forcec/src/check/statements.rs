@@ -1,12 +1,12 @@
 //! Blocks, `let`, assignments, loops and branches.
 
-use super::elaborator::{Elaborator, MOST_ITERATIONS, Variable};
-use super::expressions::Condition;
-use super::matrices::Matrix3;
-use super::quaternions::Quaternion;
-use super::types::Type;
-use super::values::{Composite, Value};
-use crate::span::Span;
+use crate::check::builtins::matrices::Matrix3;
+use crate::check::builtins::quaternions::Quaternion;
+use crate::check::elaborator::{Elaborator, MOST_ITERATIONS, Variable};
+use crate::check::expressions::Condition;
+use crate::check::types::Type;
+use crate::check::values::{Composite, Value};
+use crate::source::span::Span;
 use crate::syntax::ast::{Block, ExprId, ExprKind, Loop, Pattern, Statement};
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! The types of values, and how messages call them.
 
-use crate::bodies::{BodyKind, ParameterType};
+use crate::model::bodies::{BodyKind, ParameterType};
 use std::fmt;
 
 /// The type of a value.
@@ -61,7 +61,7 @@ impl Type {
 
     /// Every name a type can have.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
-        NAMED.iter().map(|(name, _)| *name).chain(crate::bodies::BODIES.iter().map(|row| row.name))
+        NAMED.iter().map(|(name, _)| *name).chain(crate::model::bodies::BODIES.iter().map(|row| row.name))
     }
 
     /// Whether a value of this type may stand where the other is wanted.

@@ -3,10 +3,10 @@
 //! Promise: a composite value never holds a poisoned one, so that a value whose type was checked can be taken apart
 //! without asking again.
 
-use super::matrices::Matrix3;
-use super::quaternions::Quaternion;
-use super::types::Type;
-use crate::bodies::BodyKind;
+use crate::check::builtins::matrices::Matrix3;
+use crate::check::builtins::quaternions::Quaternion;
+use crate::check::types::Type;
+use crate::model::bodies::BodyKind;
 use crate::vector::{Real, Truth, Vector};
 use std::rc::Rc;
 

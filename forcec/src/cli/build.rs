@@ -1,10 +1,10 @@
 //! `forcec build`: force files to kernels on disk.
 
-use super::options::{Options, PRINTED};
-use super::{Failure, Input, Outcome, complain};
-use crate::files;
+use crate::cli::options::{Options, PRINTED};
+use crate::cli::{Failure, Input, Outcome, complain};
+use crate::driver::files;
 use crate::kernel::Target;
-use crate::span::shown;
+use crate::source::span::shown;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]

@@ -1,13 +1,13 @@
 //! `forcec check`: every kernel against the mathematics of its source.
 
-use super::options::{Options, REAL};
-use super::{Failure, Input, Outcome, in_parallel, print, rounding};
-use crate::bodies::Slot;
+use crate::cli::options::{Options, REAL};
+use crate::cli::{Failure, Input, Outcome, in_parallel, print, rounding};
 use crate::compile::{Request, Stages};
 use crate::kernel::Kernel;
-use crate::layouts::Layout;
-use crate::outputs::Part;
-use crate::plan::Precision;
+use crate::layout::Layout;
+use crate::model::bodies::Slot;
+use crate::model::outputs::Part;
+use crate::options::plan::Precision;
 use crate::verify::probe::Probe;
 use crate::verify::{self, CheckOptions, Family, Printed, Report, Subject};
 

@@ -1,12 +1,12 @@
 //! What a command is to work on: force files, read, checked and compiled together.
 
-use super::{Failure, Input, Progress, Search, colour, complain};
+use crate::cli::{Failure, Input, Progress, Search, colour, complain};
 use crate::compile::Request;
-use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::files::{self, Unit};
-use crate::scene::{self, Listener, Scene};
-use crate::span::Source;
-use crate::suggest;
+use crate::driver::files::{self, Unit};
+use crate::driver::scene::{self, Listener, Scene};
+use crate::source::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::span::Source;
+use crate::source::suggest;
 use std::path::{Path, PathBuf};
 
 impl Input {

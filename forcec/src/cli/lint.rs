@@ -1,10 +1,10 @@
 //! `forcec lint`: how force functions behave in a solver, and what to write instead.
 
-use super::input::{Files, warn};
-use super::options::{KNOWN, Options};
-use super::{Failure, Outcome, in_parallel, print};
+use crate::cli::input::{Files, warn};
+use crate::cli::options::{KNOWN, Options};
+use crate::cli::{Failure, Outcome, in_parallel, print};
 use crate::lint::{advise, render};
-use crate::plan::Effort;
+use crate::options::plan::Effort;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]

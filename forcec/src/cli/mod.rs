@@ -13,7 +13,7 @@ mod stats;
 
 use crate::optimize::{LOWER, PASSES};
 use crate::options::Request;
-use crate::plan::Plan;
+use crate::options::plan::Plan;
 use clap::{CommandFactory, Parser, Subcommand};
 use options::Options;
 use std::io::{IsTerminal, Write};

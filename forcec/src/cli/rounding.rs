@@ -5,7 +5,7 @@
 use crate::kernel::{Kernel, Precision};
 use crate::rounding::observed::{Comparison, compare};
 use crate::rounding::upward;
-use crate::states::Family;
+use crate::sample::states::Family;
 use crate::verify::render::columns;
 use serde_json::{Value, json};
 

@@ -1,12 +1,12 @@
 //! `forcec show`: one stage of one force function.
 
-use super::{Failure, Input, Outcome, Search, print};
+use crate::cli::{Failure, Input, Outcome, Search, print};
 use crate::derive::derive;
-use crate::formula::Dialect;
+use crate::emit::emit;
 use crate::kernel::{Precision, Target};
-use crate::outputs::Part;
-use crate::targets::emit;
-use crate::text;
+use crate::model::outputs::Part;
+use crate::show::formula::Dialect;
+use crate::show::graphs;
 use std::path::PathBuf;
 
 #[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
@@ -73,9 +73,9 @@ impl Show {
         print(&match self.stage {
             Stage::Ast => function.ast.clone(),
             Stage::Graph => function.definition.graph.to_string(),
-            Stage::Derivative => text::derivative(&mut derived(), Dialect::Text),
-            Stage::Latex => text::derivative(&mut derived(), Dialect::Latex),
-            Stage::Optimized if self.explain => text::passes(&function.report),
+            Stage::Derivative => graphs::derivative(&mut derived(), Dialect::Text),
+            Stage::Latex => graphs::derivative(&mut derived(), Dialect::Latex),
+            Stage::Optimized if self.explain => graphs::passes(&function.report),
             Stage::Optimized => function.program.to_string(),
             Stage::Schedule => function.kernel.schedule.to_string(),
             Stage::Rust => rendered(Target::Rust)?,

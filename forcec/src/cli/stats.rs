@@ -1,13 +1,13 @@
 //! `forcec stats`: operations, lines, non-zeros and compile time of every kernel.
 
-use super::{Input, Outcome, print};
+use crate::cli::{Input, Outcome, print};
 use crate::compile::{self, Request, Stages};
+use crate::driver::scene::Scene;
+use crate::emit::emit;
 use crate::kernel::{File, Precision, Target};
-use crate::layouts::Layout;
-use crate::plan::Plan;
-use crate::scene::Scene;
-use crate::span::Source;
-use crate::targets::emit;
+use crate::layout::Layout;
+use crate::options::plan::Plan;
+use crate::source::span::Source;
 use crate::verify::render::columns;
 use serde_json::{Value, json};
 

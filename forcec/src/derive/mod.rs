@@ -7,18 +7,18 @@
 //! Where positions enter only through differences, and there are fewer of these than bodies that move, the differences
 //! are the variables and the bodies' blocks are copies and negated sums: action and reaction cost nothing.
 
-pub mod gradient;
-pub mod lie;
-pub mod matrix;
+pub mod block;
+pub mod forward;
 pub mod rate;
+pub mod reverse;
 
-use crate::bodies::{Block, Role, Slot};
-use crate::definition::{Definition, Law, Row};
-use crate::exact::Exact;
-use crate::outputs::{Axis, Extra, Part};
+use crate::derive::forward::{Lie, Variable};
+use crate::derive::reverse::gradient;
+use crate::math::exact::Exact;
+use crate::model::bodies::{Block, Role, Slot};
+use crate::model::outputs::{Axis, Extra, Part};
+use crate::vector::definition::{Definition, Law, Row};
 use crate::vector::{Formulation, Graph, Node, Real, Truth, Vector};
-use gradient::gradient;
-use lie::{Lie, Variable};
 use rate::{Motion, Rates};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -3,10 +3,10 @@
 //! In: nodes that read pose and velocity. Out: nodes that also read what they move with. The rate of a let is a let:
 //! `d` has `d_dot`.
 
-use super::lie::{Turned, Variable, partial_of_call, partial_of_product};
-use crate::bodies::{Role, Slot};
-use crate::exact::Exact;
-use crate::ops::Function;
+use crate::derive::forward::{Turned, Variable, partial_of_call, partial_of_product};
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::model::bodies::{Role, Slot};
 use crate::vector::{Graph, Node, Real, Vector};
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};

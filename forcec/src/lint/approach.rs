@@ -3,8 +3,8 @@
 //! In: a model, and a place that the ranges of its graph could not rule out. Out: how far from it the function is where it
 //! is satisfied, and how force, stiffness and damping grow on the way to it.
 
-use super::model::{Model, median};
-use crate::definition::Singular;
+use crate::lint::model::{Model, median};
+use crate::vector::definition::Singular;
 use crate::verify::source::Source;
 use nalgebra::DVector;
 
@@ -24,7 +24,7 @@ pub struct Growth {
 /// What was seen of a place.
 #[derive(Clone, Debug)]
 pub struct Approach {
-    /// What decides, its distance from the place at states where the constraint is satisfied within [`super::GAP`].
+    /// What decides, its distance from the place at states where the constraint is satisfied within [`crate::lint::GAP`].
     pub satisfied: Option<f64>,
     /// How sizes grow; none where no motion of the bodies leads there, or nothing acts.
     pub growth: Option<Growth>,

@@ -2,7 +2,7 @@
 //!
 //! In: a model and states. Out: numbers without a unit, medians over the states.
 
-use super::model::{Model, Response, extremes, median};
+use crate::lint::model::{Model, Response, extremes, median};
 use nalgebra::{DMatrix, DVector};
 
 /// The step over which a function is compared with its first-order expansion, s.

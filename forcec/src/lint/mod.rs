@@ -4,20 +4,20 @@
 //! gives the same advice. What is measured, and at which states, is in `docs/language.md`.
 
 mod approach;
-mod hang;
 mod measure;
 mod model;
+mod pendulum;
 mod text;
 
+pub use crate::lint::pendulum::{DAMPING, STIFFNESS, Steps};
 pub use approach::{Approach, Growth};
-pub use hang::{DAMPING, STIFFNESS, Steps};
 pub use measure::{Damping, STEP, Stiffness};
 pub use text::render;
 
-use crate::definition::{Definition, Law};
-use crate::diagnostic::{Diagnostic, Lint};
-use crate::span::Span;
-use crate::states::Random;
+use crate::sample::states::Random;
+use crate::source::diagnostic::{Diagnostic, Lint};
+use crate::source::span::Span;
+use crate::vector::definition::{Definition, Law};
 use model::Model;
 
 /// States that are drawn.
@@ -90,7 +90,7 @@ pub fn advise(definition: &Definition) -> Advice {
         singular: approaches
             .filter_map(|place| Some((place.warning.span?, approach::approach(&model, place, &drawn, &near))))
             .collect(),
-        steps: if kind == "force" { None } else { hang::largest_steps(&model) },
+        steps: if kind == "force" { None } else { crate::lint::pendulum::largest_steps(&model) },
         warnings: Vec::new(),
     };
     advice.warnings = warnings(definition, &advice);

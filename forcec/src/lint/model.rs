@@ -4,15 +4,15 @@
 //! along tangent coordinates, and brought to where a constraint is satisfied. All of it is the same on every machine of
 //! one kind: drawn from a fixed seed, without a clock.
 
-use crate::bodies::Role;
-use crate::definition::{Definition, Law};
 use crate::derive::derive;
-use crate::optimize::lower::lower;
-use crate::outputs::Part;
-use crate::places::Places;
+use crate::lower::lower;
+use crate::model::bodies::Role;
+use crate::model::outputs::Part;
+use crate::sample::inputs::Places;
+use crate::sample::states::{Random, draw};
 use crate::scalar::Id;
-use crate::states::{Random, draw};
 use crate::vector::FORMULATIONS;
+use crate::vector::definition::{Definition, Law};
 use crate::verify::Family;
 use crate::verify::tape::Tape;
 use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};

@@ -2,9 +2,9 @@
 //!
 //! In: advice, and the source it is about. Out: text for people.
 
-use super::hang::SMALLEST;
-use super::{Advice, Approach, Both, DAMPING, Growth, Stiffness};
-use crate::span::Source;
+use crate::lint::pendulum::SMALLEST;
+use crate::lint::{Advice, Approach, Both, DAMPING, Growth, Stiffness};
+use crate::source::span::Source;
 
 /// A few lines about a function.
 pub fn render(advice: &Advice, source: &Source) -> String {

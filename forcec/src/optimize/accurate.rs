@@ -4,7 +4,7 @@
 //! every sum, product, quotient and square root marked that these are made of. What a residual is a product or function
 //! of is followed to the sums in it: after the last cancellation nothing is lost any more.
 
-use crate::ops::Function;
+use crate::math::functions::Function;
 use crate::scalar::{Id, Node, Program};
 
 /// Marks what the residual of a program is made of.

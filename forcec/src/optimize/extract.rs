@@ -5,10 +5,10 @@
 //! touches is scored again. Sums are never multiplied out, and no product becomes a value that leaves the range of floats
 //! where positions meet. Work is bounded in steps, not in time.
 
-use super::network::{Network, Value};
-use super::polynomial::{Atom, Monomial, Polynomial};
-use crate::exact::Exact;
-use crate::valuation::Valuation;
+use crate::math::exact::Exact;
+use crate::optimize::network::{Network, Value};
+use crate::optimize::polynomial::{Atom, Monomial, Polynomial};
+use crate::scalar::valuation::Valuation;
 use smallvec::SmallVec;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

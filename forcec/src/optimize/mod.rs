@@ -6,20 +6,18 @@
 
 mod accurate;
 pub mod extract;
-pub mod lower;
 pub mod network;
 pub mod polynomial;
+pub mod prepare;
 mod reciprocals;
-mod residual;
 pub mod resubstitute;
 pub mod search;
 pub mod spread;
-mod written;
 
-use crate::definition::Definition;
 use crate::derive::Derived;
-use crate::plan::{Mode, Plan};
+use crate::options::plan::{Mode, Plan};
 use crate::scalar::{Program, Step};
+use crate::vector::definition::Definition;
 use crate::vector::{FORMULATIONS, Formulation};
 use network::Network;
 use std::rc::Rc;
@@ -149,8 +147,12 @@ struct Candidate {
 
 impl Candidate {
     fn new(formulation: Formulation, derived: Derived, mode: Mode) -> Option<Candidate> {
-        let mut lowered =
-            Rc::new(lower::lower(derived, mode == Mode::Accurate, lower::MOST_OPERATIONS, None)?);
+        let mut lowered = Rc::new(crate::lower::lower(
+            derived,
+            mode == Mode::Accurate,
+            crate::lower::MOST_OPERATIONS,
+            None,
+        )?);
         let mut network = Network::new(&lowered);
         let mut report =
             vec![Step { pass: LOWER, operations: lowered.operations(), distinct: network.distinct() }];
@@ -175,7 +177,7 @@ impl Candidate {
 
 /// Lowers and optimises what `derive` makes of a formulation. Mode `strict` leaves what was lowered as it is, but for
 /// what floats do not hold, and computes the values of the function as they are written in its source, if that is given. `None` if that is more than
-/// [`lower::MOST_OPERATIONS`].
+/// [`crate::lower::MOST_OPERATIONS`].
 pub fn optimize(
     derive: impl Fn(Formulation) -> Derived,
     plan: Plan,
@@ -184,7 +186,8 @@ pub fn optimize(
     let effort = plan.effort;
     if plan.mode == Mode::Strict {
         let formulation = FORMULATIONS[0];
-        let lowered = Rc::new(lower::lower(derive(formulation), false, lower::MOST_OPERATIONS, source)?);
+        let lowered =
+            Rc::new(crate::lower::lower(derive(formulation), false, crate::lower::MOST_OPERATIONS, source)?);
         let mut network = Network::new(&lowered);
         let distinct = network.distinct();
         let report = vec![Step { pass: LOWER, operations: lowered.operations(), distinct }];

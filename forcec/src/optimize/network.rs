@@ -5,10 +5,10 @@
 //! atom. Numbers other than ±1 are atoms of their own, so that 2x is shared like any product. Pinned differences are
 //! leaves.
 
-use super::polynomial::{Atom, Monomial, Monomials, Polynomial};
-use crate::exact::Exact;
+use crate::math::exact::Exact;
+use crate::optimize::polynomial::{Atom, Monomial, Monomials, Polynomial};
+use crate::scalar::valuation::Valuation;
 use crate::scalar::{Graph, Id, Node, Operations, Program};
-use crate::valuation::Valuation;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 use std::collections::{BTreeMap, BTreeSet};

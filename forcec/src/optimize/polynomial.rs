@@ -2,7 +2,7 @@
 //!
 //! A product is interned and known by its number; a sum is a short sorted list, so that equal sums are equal values.
 
-use crate::exact::Exact;
+use crate::math::exact::Exact;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
 use smallvec::SmallVec;

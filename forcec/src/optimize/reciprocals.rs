@@ -2,7 +2,7 @@
 //!
 //! In and out: a program. For mode `fast` alone: each factor rounds once more than a division would.
 
-use crate::ops::Function;
+use crate::math::functions::Function;
 use crate::scalar::{Graph, Id, Node, Program};
 use rustc_hash::FxHashMap;
 

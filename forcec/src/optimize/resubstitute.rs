@@ -3,10 +3,10 @@
 //! In and out: a [`Network`]. Weak division, as in logic synthesis: p = q d + r with d an existing sum, q and r found by
 //! matching terms; kept where p gets shorter.
 
-use super::extract::term_cost;
-use super::network::{Network, Value};
-use super::polynomial::{Atom, Monomials, Polynomial};
-use crate::exact::Exact;
+use crate::math::exact::Exact;
+use crate::optimize::extract::term_cost;
+use crate::optimize::network::{Network, Value};
+use crate::optimize::polynomial::{Atom, Monomials, Polynomial};
 use rustc_hash::FxHashMap;
 
 /// Sums of more terms are no divisors.

@@ -6,10 +6,10 @@
 //! multiplied out, its users would lose what it saves. Nor is a product of two sums multiplied out. What is dissolved
 //! changes the error by a small factor only. A free search does not know of names.
 
-use super::extract::extract;
-use super::network::{Network, Value};
-use super::polynomial::{Atom, Monomial};
-use super::resubstitute::resubstitute;
+use crate::optimize::extract::extract;
+use crate::optimize::network::{Network, Value};
+use crate::optimize::polynomial::{Atom, Monomial};
+use crate::optimize::resubstitute::resubstitute;
 use rustc_hash::FxHashSet;
 
 /// What one round tries: `1/2^rarity` of the values, into sums of at most so many terms.

@@ -4,10 +4,10 @@
 //! value gives the factors that all its terms share to its users, as many as it takes; factoring then shares
 //! x/J instead. What carries a name stays, and so does what is on the way to a value that is as large or as small.
 
-use super::network::{Network, Value};
-use super::polynomial::{Atom, Polynomial};
-use crate::exact::Exact;
-use crate::valuation::Valuation;
+use crate::math::exact::Exact;
+use crate::optimize::network::{Network, Value};
+use crate::optimize::polynomial::{Atom, Polynomial};
+use crate::scalar::valuation::Valuation;
 
 /// Takes values apart; whether there were any.
 pub fn spread(network: &mut Network) -> bool {

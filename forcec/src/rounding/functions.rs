@@ -5,10 +5,10 @@
 //! on the way, times the way. Infinite where the way may lead out of the domain. Derivatives themselves are rounded; the
 //! 2⁻⁴⁸ by which a bound is enlarged covers that where they do not cancel, and where they do it is written out.
 
-use super::running::{Double, Running, times};
-use crate::number::Number;
-use crate::ops::Function;
-use crate::special;
+use crate::math::functions::Function;
+use crate::math::number::Number;
+use crate::math::special;
+use crate::rounding::running::{Double, Running, times};
 use std::f64::consts::PI;
 
 const UNIT: f64 = f64::EPSILON / 2.0;

@@ -11,11 +11,11 @@ mod functions;
 pub mod observed;
 mod running;
 
-use crate::bodies::{Signature, Slot};
 use crate::kernel::{Kernel, Precision};
-use crate::outputs::Part;
-use crate::places::Places;
-use crate::states::{Family, Random, draw, seed};
+use crate::model::bodies::{Signature, Slot};
+use crate::model::outputs::Part;
+use crate::sample::inputs::Places;
+use crate::sample::states::{Family, Random, draw, seed};
 use running::{Double, Running, Signed, Single};
 use std::cell::Cell;
 

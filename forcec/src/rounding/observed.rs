@@ -1,12 +1,12 @@
 //! How far a kernel is off where it was evaluated: its statements in 320 bits.
 //!
 //! In: an analysis and a state. Out: for each entry of its results the error of what the kernel returns, rounded to a
-//! double. It is never above the bound of [`super::Analysis::entries`], which is tested for every kernel of the library.
+//! double. It is never above the bound of [`crate::rounding::Analysis::entries`], which is tested for every kernel of the library.
 
-use super::{Analysis, Entry, STATES, relative};
 use crate::kernel::{Kernel, Precision};
-use crate::outputs::Part;
-use crate::states::Family;
+use crate::model::outputs::Part;
+use crate::rounding::{Analysis, Entry, STATES, relative};
+use crate::sample::states::Family;
 use crate::verify::big::Big;
 
 impl Analysis<'_> {

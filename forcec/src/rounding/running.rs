@@ -7,10 +7,10 @@
 //! nothing, as that of nearby numbers or by a power of two, adds nothing. Operations are IEEE's, subnormal numbers
 //! included; what overflows has no bound.
 
-use super::functions;
-use crate::exact::Exact;
-use crate::number::{Arithmetic, Number};
-use crate::ops::Function;
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::math::number::{Arithmetic, Number};
+use crate::rounding::functions;
 use crate::vector::Comparison;
 use std::cell::Cell;
 use std::marker::PhantomData;

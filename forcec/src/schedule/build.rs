@@ -6,17 +6,18 @@
 //! are there, side by side, so that compilers make wide stores of them and wide loads in the loops; the zeros among them
 //! come right before.
 
-use crate::bodies::{ParameterType, Signature};
-use crate::exact::Exact;
-use crate::ops::Function;
-use crate::schedule::cut::{self, Room};
-use crate::schedule::guards::{Guard, Test};
-use crate::schedule::lower::{Edge, Item, ItemId, Items};
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::model::bodies::{ParameterType, Signature};
+use crate::scalar::valuation::Valuation;
+use crate::schedule::exits::{Guard, Test};
+use crate::schedule::items::{Edge, Item, ItemId, Items};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::rows::{self, Negated, Rows, Scaled};
 use crate::schedule::turns;
+use crate::schedule::wrap as cut;
+use crate::schedule::wrap::Room;
 use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Style, Variable};
-use crate::valuation::Valuation;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 

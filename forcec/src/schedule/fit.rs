@@ -4,9 +4,9 @@
 //! numbers with other factors between them; or the first number of which a value of its own is wanted. Promise: no factor
 //! leaves the range before the product does.
 
-use super::{Expression, Schedule, Statement};
-use crate::exact::Exact;
-use crate::plan::Precision;
+use crate::math::exact::Exact;
+use crate::options::plan::Precision;
+use crate::schedule::{Expression, Schedule, Statement};
 
 impl Schedule {
     /// Takes the numbers apart that the precision does not hold; the first that stands where it cannot be taken apart.

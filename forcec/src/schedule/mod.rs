@@ -5,24 +5,24 @@
 //! printed, counted and evaluated. The same program makes the same schedule everywhere.
 
 mod build;
-mod cut;
-pub(crate) mod double;
+pub(crate) mod doubled;
+mod eval;
+mod exits;
 mod fit;
-mod guards;
-mod lower;
+mod items;
 mod names;
 pub mod print;
 mod rows;
-mod run;
-pub mod split;
+pub mod sections;
 mod turns;
+mod wrap;
 
-use crate::bodies::{Signature, Slot};
-use crate::exact::Exact;
-use crate::ops::{Cost, Function};
-pub use crate::outputs::{Output, Part};
+use crate::math::exact::Exact;
+use crate::math::functions::{Cost, Function};
+use crate::math::special;
+use crate::model::bodies::{Signature, Slot};
+pub use crate::model::outputs::{Output, Part};
 use crate::scalar::{Operations, Program};
-use crate::special;
 use crate::vector::Comparison;
 use std::fmt;
 use std::ops::Range;
@@ -270,8 +270,8 @@ pub struct Style {
 /// The statements that compute a program's outputs.
 pub fn schedule(program: &Program, style: Style) -> Schedule {
     let build = |guards: bool| {
-        let mut items = lower::lower(program, style);
-        let guards = if guards { guards::guards(&mut items) } else { Vec::new() };
+        let mut items = crate::schedule::items::lower(program, style);
+        let guards = if guards { crate::schedule::exits::guards(&mut items) } else { Vec::new() };
         (build::build(&program.signature, items, &guards, style), !guards.is_empty())
     };
     let (schedule, leaves) = build(!style.single);

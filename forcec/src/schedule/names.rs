@@ -5,11 +5,11 @@
 //! (`inv_length`, `sin_angle`, `k_x`). What has none is numbered within the statement it serves, by the scheduler, so
 //! that an edit elsewhere in the source renames nothing here.
 
-use crate::bodies::{Role, Signature, Slot};
-use crate::exact::Exact;
-use crate::identifiers::{Arguments, Target, is_no_local, spelled};
-use crate::outputs::Output;
-use crate::schedule::lower::{Edge, Item, ItemId, Items};
+use crate::math::exact::Exact;
+use crate::model::bodies::{Role, Signature, Slot};
+use crate::model::outputs::Output;
+use crate::names::{Arguments, Target, is_no_local, spelled};
+use crate::schedule::items::{Edge, Item, ItemId, Items};
 use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -267,7 +267,7 @@ fn told(
 #[cfg(test)]
 mod tests {
     use super::{LONGEST, Taken};
-    use crate::bodies::Signature;
+    use crate::model::bodies::Signature;
 
     #[test]
     fn names_are_plain_unique_and_free() {

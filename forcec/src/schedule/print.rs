@@ -3,10 +3,10 @@
 //! In: a statement. Out: its lines, without indentation. What differs between languages is a [`Dialect`]; where
 //! parentheses go is decided here, once: a pinned difference and a sum within a sum keep theirs.
 
-use crate::bodies::{Signature, Slot};
-use crate::exact::Exact;
-use crate::ops::Function;
-use crate::outputs::spans;
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::model::bodies::{Signature, Slot};
+use crate::model::outputs::spans;
 use crate::schedule::{Expression, Output, Part, Statement, Variable};
 use crate::vector::Comparison;
 use std::ops::Range;

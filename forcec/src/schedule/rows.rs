@@ -4,8 +4,8 @@
 //! instructions of loops. What acts on two bodies acts on both with the same force, so half of their rows are often
 //! the negatives of the others; what acts along one direction has a ∂F/∂V of rank one.
 
-use crate::bodies::Signature;
-use crate::schedule::lower::{Edge, Item, ItemId, Items};
+use crate::model::bodies::Signature;
+use crate::schedule::items::{Edge, Item, ItemId, Items};
 use crate::schedule::{Output, Part};
 use std::ops::Range;
 

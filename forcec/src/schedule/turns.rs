@@ -5,8 +5,8 @@
 //! vanish in turns, and divided as often as that takes. 1e-28 · (1e21 · 1e21) is infinite in floats, (1e-28 · 1e21) · 1e21
 //! is not.
 
-use super::Expression;
-use crate::valuation::Valuation;
+use crate::scalar::valuation::Valuation;
+use crate::schedule::Expression;
 
 /// A product or quotient in an order that floats hold.
 pub(super) fn in_turns(

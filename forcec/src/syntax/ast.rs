@@ -3,10 +3,10 @@
 //! Expressions lie in one arena per function, operands before users, and are named by `Copy` ids: a tree of any depth
 //! is flat memory. Names are not resolved and types are not checked yet.
 
-use crate::diagnostic::{Diagnostic, Lint};
-use crate::exact::Exact;
+use crate::math::exact::Exact;
 use crate::options::Choice;
-use crate::span::{Source, Span};
+use crate::source::diagnostic::{Diagnostic, Lint};
+use crate::source::span::{Source, Span};
 
 /// A parsed force file.
 #[derive(Clone, Debug)]

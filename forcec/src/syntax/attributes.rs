@@ -1,10 +1,10 @@
 //! Attributes: which function is a force, what its parameters may be, and what is left to rustc.
 
-use super::ast::{self, DomainClause, FunctionKind, StatedDomain};
-use super::reader::Reader;
-use crate::diagnostic::Lint;
-use crate::span::Span;
-use crate::suggest;
+use crate::source::diagnostic::Lint;
+use crate::source::span::Span;
+use crate::source::suggest;
+use crate::syntax::ast::{self, DomainClause, FunctionKind, StatedDomain};
+use crate::syntax::reader::Reader;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Meta, Token};

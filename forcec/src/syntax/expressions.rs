@@ -1,9 +1,9 @@
 //! Expressions: the part of Rust's that computes values; the rest is named with what to write instead.
 
-use super::ast::{BinaryOp, Block, ExprId, ExprKind, Name, Path, UnaryOp};
-use super::reader::Reader;
-use crate::exact::Exact;
-use crate::span::Span;
+use crate::math::exact::Exact;
+use crate::source::span::Span;
+use crate::syntax::ast::{BinaryOp, Block, ExprId, ExprKind, Name, Path, UnaryOp};
+use crate::syntax::reader::Reader;
 use syn::{BinOp, Expr, Lit, UnOp};
 
 /// The types an integer literal may name.

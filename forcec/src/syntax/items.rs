@@ -1,9 +1,9 @@
 //! Items: functions and constants; everything else is named with what to write instead.
 
-use super::ast::{self, Argument, Constant, Function, FunctionKind};
-use super::attributes::Stated;
-use super::reader::Reader;
-use crate::span::Span;
+use crate::source::span::Span;
+use crate::syntax::ast::{self, Argument, Constant, Function, FunctionKind};
+use crate::syntax::attributes::Stated;
+use crate::syntax::reader::Reader;
 
 impl Reader<'_> {
     pub(super) fn file(&mut self, attributes: &[syn::Attribute], items: &[syn::Item]) {

@@ -1,10 +1,10 @@
 //! Limits on nesting, checked on the tokens with a stack of our own before anything recursive sees them.
 //!
 //! In: tokens. Out: nothing, or the message about the place that is nested too deeply or runs on for too long.
-//! Promise: what passes is parsed, walked and dropped within the stack of [`super::with_deep_stack`].
+//! Promise: what passes is parsed, walked and dropped within the stack of [`crate::syntax::with_deep_stack`].
 
-use super::bytes_of;
-use crate::diagnostic::Diagnostic;
+use crate::source::diagnostic::Diagnostic;
+use crate::syntax::bytes_of;
 use proc_macro2::{Delimiter, TokenStream, TokenTree, token_stream};
 
 /// Brackets within brackets.

@@ -17,8 +17,8 @@ mod types;
 
 pub(crate) use types::OTHER_NAMES;
 
-use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::span::{Source, Span};
+use crate::source::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::span::{Source, Span};
 use proc_macro2::{LexError, TokenStream, TokenTree};
 use reader::Reader;
 use std::cell::Cell;

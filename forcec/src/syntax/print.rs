@@ -1,6 +1,6 @@
 //! The text form of the syntax tree: an expression a line, indented under the one that uses it.
 
-use super::ast::{
+use crate::syntax::ast::{
     Block, ExprId, ExprKind, Expressions, File, Function, FunctionKind, Pattern, StatedDomain, Statement,
     Type, TypeKind, UnaryOp,
 };

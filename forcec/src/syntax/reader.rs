@@ -1,8 +1,8 @@
 //! What the readers of items, types, statements and expressions share: places, names, messages.
 
-use super::ast::{Constant, Function, Name, Path};
-use crate::diagnostic::{Diagnostic, Lint};
-use crate::span::Span;
+use crate::source::diagnostic::{Diagnostic, Lint};
+use crate::source::span::Span;
+use crate::syntax::ast::{Constant, Function, Name, Path};
 
 /// Turns syn's tree into ours and collects what is wrong on the way.
 pub(super) struct Reader<'a> {
@@ -15,13 +15,13 @@ pub(super) struct Reader<'a> {
     /// The names of modules of forces.
     pub(super) modules: Vec<String>,
     /// What the module around states of its functions.
-    pub(super) module_options: Vec<super::ast::Stated>,
+    pub(super) module_options: Vec<crate::syntax::ast::Stated>,
     /// The warnings that attributes of the file and of the module around answer.
     pub(super) allowed: Vec<Lint>,
     /// What attributes allow without a reason, and where.
     pub(super) unexplained: Vec<(Lint, Span)>,
     /// The arena of the function being read.
-    pub(super) expressions: super::ast::Expressions,
+    pub(super) expressions: crate::syntax::ast::Expressions,
 }
 
 impl<'a> Reader<'a> {

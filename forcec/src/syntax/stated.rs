@@ -3,11 +3,11 @@
 //! In: an attribute, and the words that are its alone. Out: those of them that stand there, and options of the table with the
 //! places of their values; or what is wrong with one, at its place.
 
-use super::ast;
-use super::attributes::Stated;
-use super::reader::Reader;
 use crate::options::{OPTIONS, OptionRow, Takes, suggestion};
-use crate::span::Span;
+use crate::source::span::Span;
+use crate::syntax::ast;
+use crate::syntax::attributes::Stated;
+use crate::syntax::reader::Reader;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;

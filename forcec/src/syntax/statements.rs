@@ -1,8 +1,8 @@
 //! Statements: `let`, assignments, loops, and the value at the end of a block.
 
-use super::ast::{BinaryOp, Block, ExprId, Loop, Pattern, Statement, Type};
-use super::reader::Reader;
-use crate::span::Span;
+use crate::source::span::Span;
+use crate::syntax::ast::{BinaryOp, Block, ExprId, Loop, Pattern, Statement, Type};
+use crate::syntax::reader::Reader;
 use syn::{BinOp, Expr, Pat, Stmt};
 
 impl Reader<'_> {

@@ -1,9 +1,9 @@
 //! Types as they are written: `&T` is `T`, everything else is a name, a tuple or an array.
 
-use super::ast::{Type, TypeKind};
-use super::reader::Reader;
-use crate::span::Span;
+use crate::source::span::Span;
 use crate::syntax::ast::ExprKind;
+use crate::syntax::ast::{Type, TypeKind};
+use crate::syntax::reader::Reader;
 
 /// What nalgebra and Rust call our types.
 pub(crate) const OTHER_NAMES: [(&str, &str); 17] = [
@@ -142,7 +142,7 @@ impl Reader<'_> {
     }
 
     /// An expression that a message was given for.
-    pub(super) fn poison(&mut self, span: Span) -> super::ast::ExprId {
+    pub(super) fn poison(&mut self, span: Span) -> crate::syntax::ast::ExprId {
         self.expressions.push(ExprKind::Error, span)
     }
 }

@@ -5,9 +5,9 @@
 //! u a + v b + (1 − u − v) c − p is u (a − p) + v (b − p) + (1 − u − v) (c − p). Promise: only sums that depend on a
 //! position change, and far from the origin they keep the digits that they have near it.
 
-use super::{Graph, Node, Real, Vector};
-use crate::bodies::{Role, Slot};
-use crate::exact::{Exact, collect};
+use crate::math::exact::{Exact, collect};
+use crate::model::bodies::{Role, Slot};
+use crate::vector::{Graph, Node, Real, Vector};
 use std::collections::BTreeMap;
 
 /// Weights whose sum has more terms than this are not known to add up to nothing.

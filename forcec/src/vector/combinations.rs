@@ -4,8 +4,8 @@
 //! through every column. Promise: nothing cancels in the product that did not cancel in its factors. A sum of squares
 //! tr FᵀF is not multiplied out into Σ (W Wᵀ)ₐᵦ eₐ·eᵦ: on a sliver these terms exceed their sum by the square of its aspect.
 
-use super::{Graph, Node, Real, Vector};
-use crate::exact::Exact;
+use crate::math::exact::Exact;
+use crate::vector::{Graph, Node, Real, Vector};
 use std::collections::BTreeMap;
 
 /// Σ weight · vector, the weight of each vector a sum of coefficients times reals.

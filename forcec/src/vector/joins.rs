@@ -3,9 +3,9 @@
 //! In: the terms of a sum, or the factors of a product. Out: the same value wherever that is defined and finite, and its
 //! limit elsewhere: 1/(1 + eᵘ) is logistic(−u), also where eᵘ is infinite, and so are its derivatives.
 
-use super::{Graph, Node, Real};
-use crate::exact::Exact;
-use crate::ops::Function;
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::vector::{Graph, Node, Real};
 use std::collections::BTreeMap;
 
 /// A higher power of a divisor stays as it is written.
@@ -91,7 +91,7 @@ impl Graph {
             let (own, rest) = self.split(term);
             (&c * &own, rest)
         });
-        crate::exact::collect(split.collect())
+        crate::math::exact::collect(split.collect())
     }
 
     /// Quotients: 1/(1 + eᵘ) is logistic(−u), eᵘ/(1 + eᵘ) logistic u, (eᵘ − 1)/(1 + eᵘ) tanh(u/2), eᵘ/(eᵘ − 1)²

@@ -3,8 +3,8 @@
 //! In: a value and the author's name for it. Out: the value, held by a let of that name. Promise: wherever the held
 //! expression turns up again it becomes that let. Inputs, numbers and points stay open.
 
-use super::{Graph, Node, Real, Vector};
-use crate::exact::Exact;
+use crate::math::exact::Exact;
+use crate::vector::{Graph, Node, Real, Vector};
 
 impl Graph {
     /// A named intermediate. Inputs and numbers stay what they are; of two names for one thing the first stays.

@@ -9,6 +9,8 @@
 
 mod balance;
 mod combinations;
+pub mod definition;
+pub mod identities;
 mod joins;
 mod lets;
 mod points;
@@ -16,9 +18,9 @@ mod reals;
 mod truths;
 mod vectors;
 
-use crate::bodies::{Signature, Slot};
-use crate::exact::Exact;
-use crate::ops::Function;
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::model::bodies::{Signature, Slot};
 use indexmap::IndexSet;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 use smallvec::{SmallVec, smallvec};

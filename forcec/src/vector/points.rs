@@ -4,9 +4,9 @@
 //! Promise: no pass regroups across such a node, so that far from the origin the difference of two positions is one
 //! subtraction.
 
-use super::{Graph, Node, Real, Vector};
-use crate::bodies::{Role, Slot};
-use crate::exact::{Exact, collect};
+use crate::math::exact::{Exact, collect};
+use crate::model::bodies::{Role, Slot};
+use crate::vector::{Graph, Node, Real, Vector};
 
 impl Graph {
     /// The point a vector is: a position, or three entries of a parameter.

@@ -3,11 +3,11 @@
 //! In: nodes. Out: the canonical node of an operation on them; on a verbatim graph the operation as it is written.
 //! Promise: the value stays, wherever it was defined and finite; what accumulates n terms or factors stays linear in n.
 
-use super::{Graph, LONGEST_SUM, Node, Real, Truth};
-use crate::bodies::Slot;
-use crate::exact::{Exact, collect};
-use crate::identities;
-use crate::ops::Function;
+use crate::math::exact::{Exact, collect};
+use crate::math::functions::Function;
+use crate::model::bodies::Slot;
+use crate::vector::identities;
+use crate::vector::{Graph, LONGEST_SUM, Node, Real, Truth};
 use std::collections::BTreeMap;
 
 /// A product of more factors is a factor itself where it is multiplied: the derivative of a chain stays linear.

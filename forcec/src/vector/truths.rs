@@ -1,6 +1,6 @@
 //! Truths: comparisons and what joins them, decided where both sides are numbers.
 
-use super::{Comparison, Graph, Node, Real, Truth};
+use crate::vector::{Comparison, Graph, Node, Real, Truth};
 
 impl Graph {
     /// A known truth.

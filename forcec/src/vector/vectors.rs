@@ -3,9 +3,9 @@
 //! In: nodes. Out: the canonical node of an operation on them; on a verbatim graph the operation as it is written.
 //! Promise: signs, numbers and real factors move outward, so that vectors that differ by them share a node.
 
-use super::{Graph, LONGEST_SUM, Node, Real, Truth, Vector};
-use crate::bodies::{Role, Slot};
-use crate::exact::{Exact, collect};
+use crate::math::exact::{Exact, collect};
+use crate::model::bodies::{Role, Slot};
+use crate::vector::{Graph, LONGEST_SUM, Node, Real, Truth, Vector};
 use std::collections::BTreeMap;
 
 impl Graph {

@@ -4,9 +4,9 @@
 //! infinities as IEEE arithmetic has them. The two special families have formulas of their own here, apart from those
 //! that kernels use.
 
-use crate::exact::Exact;
-use crate::number::{Arithmetic, Number};
-use crate::ops::Function;
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::math::number::{Arithmetic, Number};
 use crate::vector::Comparison;
 use astro_float_num::{BigFloat, Consts, INF_NEG, INF_POS, NAN, Radix, RoundingMode, Sign};
 use std::cell::RefCell;
@@ -462,7 +462,7 @@ impl Number for Big {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ops::FunctionDomain;
+    use crate::math::functions::FunctionDomain;
 
     fn close(x: &Big, y: &Big, bits: i32) {
         let error = (x.clone() - y.clone()).exponent();

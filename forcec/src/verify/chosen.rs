@@ -3,16 +3,16 @@
 //! In: a function and a program that computes any choice of results. Out: a [`Report`] of their entries at the states of a
 //! check, against the exact oracle. Differences and invariants are left to the check of the whole kernel.
 
-use super::judge::{Judge, Known, Printed};
-use super::oracle::Oracle;
-use super::report::{Comparison, Coverage, Differences, Report, TextComparison};
-use super::search::{Decider, Search};
-use super::tape::Tape;
-use super::{CheckOptions, FOUND_STATES, Here, Subject, input_errors};
-use crate::diagnostic::Lint;
-use crate::places::Places;
+use crate::sample::inputs::Places;
+use crate::sample::states::{Family, Random, State, draw, seed};
 use crate::scalar::Id;
-use crate::states::{Family, Random, State, draw, seed};
+use crate::source::diagnostic::Lint;
+use crate::verify::judge::{Judge, Known, Printed};
+use crate::verify::oracle::Oracle;
+use crate::verify::report::{Comparison, Coverage, Differences, Report, TextComparison};
+use crate::verify::search::{Decider, Search};
+use crate::verify::tape::Tape;
+use crate::verify::{CheckOptions, FOUND_STATES, Here, Subject, input_errors};
 use std::collections::BTreeMap;
 
 /// Checks every result that the program computes, and the kernel as it is printed in each of these precisions.

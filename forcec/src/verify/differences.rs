@@ -6,10 +6,10 @@
 //! contradicts it, and only over steps that no periodic function of the kernel turns through, so that a structure
 //! smaller than the step raises no false alarm.
 
-use super::tape::{Bounded, Run, Tape};
-use crate::bodies::Role;
-use crate::places::{Coordinate, Places};
-use crate::states::State;
+use crate::model::bodies::Role;
+use crate::sample::inputs::{Coordinate, Places};
+use crate::sample::states::State;
+use crate::verify::tape::{Bounded, Run, Tape};
 
 /// What differences say about an entry.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -5,11 +5,11 @@
 //! follow the rules of calculus, functions the formulas of a textbook: nothing here comes from the compiler's table of
 //! derivatives. What does not change along either motion is a constant, and stays one under any function.
 
-use super::big::Big;
-use crate::exact::Exact;
-use crate::number::{Arithmetic, Number};
-use crate::ops::Function;
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::math::number::{Arithmetic, Number};
 use crate::vector::Comparison;
+use crate::verify::big::Big;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Numbers that a dual number can be made of.

@@ -6,14 +6,14 @@
 //! damping 0; else the function is not invariant and nothing is asked. One state that breaks the symmetry decides. A
 //! kernel into which a damping is folded cannot be asked at damping 0: then nothing is that holds there alone.
 
-use super::big::Big;
-use super::oracle::{Oracle, Point};
-use super::report::{Entry, Invariant, Verdict, ratio};
-use super::tape::{Bounded, Tape};
-use crate::bodies::Role;
-use crate::exact::Exact;
-use crate::places::Places;
-use crate::states::{Family, Random, State};
+use crate::math::exact::Exact;
+use crate::model::bodies::Role;
+use crate::sample::inputs::Places;
+use crate::sample::states::{Family, Random, State};
+use crate::verify::big::Big;
+use crate::verify::oracle::{Oracle, Point};
+use crate::verify::report::{Entry, Invariant, Verdict, ratio};
+use crate::verify::tape::{Bounded, Tape};
 
 /// What a function counts as unchanged by, relative to the size of its terms: far above what |q| ≠ 1 does.
 const UNCHANGED: f64 = 1e-13;
@@ -114,7 +114,7 @@ impl Invariants {
             motion.rows_unchanged &= work.rows.0 <= UNCHANGED * work.rows.1 + seen.point.noise;
             let elastic_unchanged = work.elastic.0 <= UNCHANGED * work.elastic.1 + seen.point.noise;
             motion.elastic_unchanged &= elastic_unchanged && (undamped.is_possible || motion.rows_unchanged);
-            let own = super::oracle::inner(&seen.point.force, &exact).to_f64().abs();
+            let own = crate::verify::oracle::inner(&seen.point.force, &exact).to_f64().abs();
             let kinds = [
                 (&mut motion.damped, seen.outputs, seen.state, own),
                 (&mut motion.undamped, &undamped.outputs, &undamped.state, work.elastic.0),
@@ -185,7 +185,7 @@ impl Invariants {
     /// F, ∂F/∂X and ∂F/∂V of the turned state are the turned ones.
     fn equivariance(&mut self, seen: &Seen, random: &mut Random) {
         let drawn: Vec<Big> = random.unit(4).into_iter().map(Big::from_f64).collect();
-        let norm = super::oracle::inner(&drawn, &drawn).sqrt();
+        let norm = crate::verify::oracle::inner(&drawn, &drawn).sqrt();
         let q: Vec<Big> = drawn.into_iter().map(|x| x / norm.clone()).collect();
         let (u, w) = ([q[0].clone(), q[1].clone(), q[2].clone()], q[3].clone());
         let turned = seen.point.rotated(&u, &w);
@@ -194,7 +194,7 @@ impl Invariants {
         let size = seen.point.force.iter().map(|f| f.to_f64().abs()).fold(0.0, f64::max);
         for (block, f) in seen.point.force.chunks(3).enumerate() {
             let f = [f[0].clone(), f[1].clone(), f[2].clone()];
-            let expected = super::source::rotate(&u, &w, f);
+            let expected = crate::verify::source::rotate(&u, &w, f);
             for (axis, expected) in expected.into_iter().enumerate() {
                 let change = (point.force[3 * block + axis].clone() - expected).to_f64().abs();
                 self.equivariant &= change <= UNCHANGED * size + seen.point.noise + point.noise;
@@ -204,7 +204,7 @@ impl Invariants {
             return;
         }
         // The kernel sees the turned state rounded to doubles.
-        let mut errors = super::input_errors(seen.places, &values);
+        let mut errors = crate::verify::input_errors(seen.places, &values);
         for (error, (x, y)) in errors.iter_mut().zip(values.iter().zip(&seen.state.values)) {
             if x != y {
                 *error += f64::EPSILON * x.abs();
@@ -215,7 +215,7 @@ impl Invariants {
         let columns = [0, 1, 2].map(|k| {
             let mut unit = [Big::zero(), Big::zero(), Big::zero()];
             unit[k] = Big::integer(1);
-            super::source::rotate(&u, &w, unit).map(|x| x.to_f64())
+            crate::verify::source::rotate(&u, &w, unit).map(|x| x.to_f64())
         });
         let rotation = |i: usize, k: usize| columns[k][i];
         let n = seen.names.len();
@@ -322,7 +322,7 @@ fn combine(terms: impl Iterator<Item = (f64, Bounded)>) -> Bounded {
 /// A rigid motion of all bodies along the tangent coordinates: three translations, three rotations about the origin.
 fn generator(places: &Places, inputs: &[f64], number: usize) -> Vec<f64> {
     let axis = number % 3;
-    let entry = |c: &crate::places::Coordinate| match (number < 3, c.role) {
+    let entry = |c: &crate::sample::inputs::Coordinate| match (number < 3, c.role) {
         (true, Role::Position) | (false, Role::Orientation) => f64::from(u8::from(c.axis == axis)),
         (false, Role::Position) if c.axis == (axis + 1) % 3 => -inputs[c.start + (axis + 2) % 3],
         (false, Role::Position) if c.axis == (axis + 2) % 3 => inputs[c.start + (axis + 1) % 3],

@@ -1,24 +1,24 @@
 //! A kernel is never worse than its author's text.
 //!
 //! In: a kernel as it is printed in one precision, and states with what the mathematics gives there. Out: how its errors compare
-//! with those of the source evaluated as written, in the same precision, at the same inputs ([`super::written`]). The rule,
+//! with those of the source evaluated as written, in the same precision, at the same inputs ([`crate::verify::written`]). The rule,
 //! for every block of a result, the rows of one body by the columns of one body: the largest error of the kernel is at most
 //! [`FACTOR`] times the largest error of the text, and [`UNITS`] units in the last place of the largest entry of the result; a block
 //! that is finite in the text is finite in the kernel. At a single state the roundings of the text may cancel by luck: where
 //! the rule seems broken, the error of the text is the largest at the state and at a few states beside it, infinite where
 //! the text is.
 
-use super::big::Big;
-use super::dual::Scalar;
-use super::report::{TextComparison, TextEntry};
-use super::written::{Written, is_second};
-use super::{Subject, quaternions};
-use crate::bodies::Slot;
-use crate::outputs::{Array, Axis, Output, Part, spans};
-use crate::places::Places;
-use crate::plan::Precision;
+use crate::model::bodies::Slot;
+use crate::model::outputs::{Array, Axis, Output, Part, spans};
+use crate::options::plan::Precision;
+use crate::sample::inputs::Places;
+use crate::sample::states::{Family, Random, State};
 use crate::scalar::Id;
-use crate::states::{Family, Random, State};
+use crate::verify::big::Big;
+use crate::verify::dual::Scalar;
+use crate::verify::report::{TextComparison, TextEntry};
+use crate::verify::written::{Written, is_second};
+use crate::verify::{Subject, quaternions};
 use std::ops::Range;
 
 /// What the error of the text is multiplied by.

@@ -22,8 +22,8 @@ pub(crate) mod source;
 pub(crate) mod tape;
 mod written;
 
-pub use crate::places::Inputs;
-pub use crate::states::Family;
+pub use crate::sample::inputs::Inputs;
+pub use crate::sample::states::Family;
 pub use chosen::check_chosen;
 pub use judge::{Evaluate, Printed};
 pub use mutate::{Mutation, apply, mutate, mutations};
@@ -33,13 +33,13 @@ pub use report::{
     Verdict,
 };
 
-use crate::bodies::{ParameterType, Role};
-use crate::definition::Definition;
-use crate::diagnostic::Lint;
-use crate::outputs::{Output, Part};
-use crate::places::Places;
+use crate::model::bodies::{ParameterType, Role};
+use crate::model::outputs::{Output, Part};
+use crate::sample::inputs::Places;
+use crate::sample::states::{Random, State, draw, excess, seed};
 use crate::scalar::{Id, Program};
-use crate::states::{Random, State, draw, excess, seed};
+use crate::source::diagnostic::Lint;
+use crate::vector::definition::Definition;
 use big::Big;
 use differences::Answer;
 use invariants::{Invariants, Seen};

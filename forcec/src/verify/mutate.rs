@@ -3,7 +3,7 @@
 //! In: a program. Out: the places where a sign can be flipped, and the program with one of them flipped. A place is one
 //! term of a sum that some output needs, or one output.
 
-use crate::exact::Exact;
+use crate::math::exact::Exact;
 use crate::scalar::{Graph, Id, Node, Program};
 
 /// A sign that can be flipped.

@@ -9,13 +9,13 @@
 
 mod point;
 
-use super::big::Big;
-use super::source::{self, Fields, Source, Values, field_bit};
-use crate::bodies::{Role, Slot};
-use crate::definition::{Definition, Law, Row};
-use crate::number::Number;
-use crate::places::{Coordinate, Places};
-use crate::states::State;
+use crate::math::number::Number;
+use crate::model::bodies::{Role, Slot};
+use crate::sample::inputs::{Coordinate, Places};
+use crate::sample::states::State;
+use crate::vector::definition::{Definition, Law, Row};
+use crate::verify::big::Big;
+use crate::verify::source::{self, Fields, Source, Values, field_bit};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
@@ -246,7 +246,7 @@ impl<'d> Oracle<'d> {
     /// the truth they are compared with must not depend on how the bits miss it.
     pub(crate) fn unit_point(&self, state: &State) -> Result<Point<'_, 'd>, Singular> {
         let mut inputs: Vec<Big> = state.values.iter().map(|x| Big::from_f64(*x)).collect();
-        for at in super::quaternions(self.places) {
+        for at in crate::verify::quaternions(self.places) {
             let squares = inputs[at..at + 4].iter().map(|x| x.clone() * x.clone());
             let length = squares.reduce(|sum, square| sum + square).map(|square| square.sqrt());
             let length = length.unwrap_or_else(|| Big::from_f64(1.0));

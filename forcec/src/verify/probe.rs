@@ -1,28 +1,28 @@
 //! Single states and single functions in high precision, for tests of what was emitted.
 //!
 //! In: a force function and its program, or a row of the function table. Out: states from the check's own generator, and
-//! what the mathematics gives there, rounded once to doubles. A check is [`super::check`]; a probe judges nothing.
+//! what the mathematics gives there, rounded once to doubles. A check is [`crate::verify::check`]; a probe judges nothing.
 
-use super::Subject;
-use super::big::Big;
-use super::dual::Scalar;
-use super::input_errors;
-use super::oracle::{Oracle, Point, Singular};
-use super::source::Source;
-use super::tape::Tape;
-use super::written::Written;
-use crate::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
-use crate::definition::Definition;
-use crate::eval;
-use crate::number::Arithmetic;
-use crate::ops::Function;
-use crate::outputs::Part;
-use crate::places::Inputs;
-use crate::places::Places;
-use crate::plan::Precision;
+use crate::math::functions::Function;
+use crate::math::number::Arithmetic;
+use crate::model::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
+use crate::model::outputs::Part;
+use crate::options::plan::Precision;
+use crate::sample::inputs::Inputs;
+use crate::sample::inputs::Places;
+use crate::sample::states::{Family, Random, State, draw, seed};
 use crate::scalar::Id;
-use crate::states::{Family, Random, State, draw, seed};
+use crate::scalar::eval;
 use crate::vector::Graph;
+use crate::vector::definition::Definition;
+use crate::verify::Subject;
+use crate::verify::big::Big;
+use crate::verify::dual::Scalar;
+use crate::verify::input_errors;
+use crate::verify::oracle::{Oracle, Point, Singular};
+use crate::verify::source::Source;
+use crate::verify::tape::Tape;
+use crate::verify::written::Written;
 
 /// What the source says at one state.
 #[derive(Clone, Debug)]

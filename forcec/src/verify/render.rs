@@ -3,11 +3,11 @@
 //! In: reports. Out: one line a kernel with its worst errors, and below it, where a check fails, what failed, by how much,
 //! and the state that shows it; or one JSON object.
 
-use super::report::{Comparison, Entry, Invariant, Report, TextComparison, TextEntry, Verdict};
-use crate::outputs::{PARTS, Part};
-use crate::places::Inputs;
-use crate::plan::Precision;
-use crate::states::Family;
+use crate::model::outputs::{PARTS, Part};
+use crate::options::plan::Precision;
+use crate::sample::inputs::Inputs;
+use crate::sample::states::Family;
+use crate::verify::report::{Comparison, Entry, Invariant, Report, TextComparison, TextEntry, Verdict};
 use std::fmt::Write;
 
 /// What a table is at most wide; a name that is too long for it loses its middle.

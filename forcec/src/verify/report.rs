@@ -1,10 +1,10 @@
 //! What a check found, as a value.
 
-use crate::outputs::Part;
-use crate::places::Inputs;
-use crate::plan::Precision;
-use crate::span::Span;
-use crate::states::Family;
+use crate::model::outputs::Part;
+use crate::options::plan::Precision;
+use crate::sample::inputs::Inputs;
+use crate::sample::states::Family;
+use crate::source::span::Span;
 use std::collections::BTreeMap;
 
 /// One number that was compared, and the state that shows it.

@@ -7,15 +7,15 @@
 
 mod wishes;
 
-use super::report::Branch;
-use super::source::{Fields, Source, Values, field_bit};
-use crate::bodies::{Domain, ParameterType, Role};
-use crate::definition::{Definition, Law, Row};
-use crate::ops::Function;
-use crate::places::Places;
-use crate::span::Span;
-use crate::states::{Family, Random, State, draw, project, seed};
+use crate::math::functions::Function;
+use crate::model::bodies::{Domain, ParameterType, Role};
+use crate::sample::inputs::Places;
+use crate::sample::states::{Family, Random, State, draw, project, seed};
+use crate::source::span::Span;
+use crate::vector::definition::{Definition, Law, Row};
 use crate::vector::{Graph, Node};
+use crate::verify::report::Branch;
+use crate::verify::source::{Fields, Source, Values, field_bit};
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 

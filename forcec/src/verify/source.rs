@@ -4,11 +4,11 @@
 //! in a few arguments from one already evaluated recomputes only what depends on them, and says whether a condition, or
 //! the choice of a `min`, `max`, `abs` or `signum`, came out differently.
 
-use crate::bodies::Slot;
-use crate::exact::Exact;
-use crate::number::Number;
-use crate::ops::{Function, FunctionDomain};
-use crate::places::Places;
+use crate::math::exact::Exact;
+use crate::math::functions::{Function, FunctionDomain};
+use crate::math::number::Number;
+use crate::model::bodies::Slot;
+use crate::sample::inputs::Places;
 use crate::vector::{Comparison, Graph, Node, Real};
 use std::cmp::Ordering;
 

@@ -4,14 +4,14 @@
 //! first-order analysis of every addition, multiplication, division and call from inputs whose own errors are given.
 //! The bound holds for the additions of a sum and the factors of a product in any order.
 
-use super::source::Source;
-use crate::bodies::{Domain, Parameter, ParameterType, Signature};
-use crate::exact::Exact;
-use crate::ops::{Function, Operator};
-use crate::places::Places;
+use crate::math::exact::Exact;
+use crate::math::functions::{Function, Operator};
+use crate::math::special;
+use crate::model::bodies::{Domain, Parameter, ParameterType, Signature};
+use crate::sample::inputs::Places;
 use crate::scalar::{Id, Node, Program};
-use crate::special;
 use crate::vector::{Comparison, Graph};
+use crate::verify::source::Source;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
@@ -593,9 +593,9 @@ impl Partials {
 mod tests {
     use super::super::big::Big;
     use super::*;
-    use crate::number::Arithmetic;
-    use crate::ops::FunctionDomain;
-    use crate::states::Random;
+    use crate::math::functions::FunctionDomain;
+    use crate::math::number::Arithmetic;
+    use crate::sample::states::Random;
 
     /// How far each function may be off is stated; here it is measured.
     #[test]

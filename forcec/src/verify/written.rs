@@ -5,14 +5,14 @@
 //! their definitions. Bodies move as the definition says: x ← x + δx, q ← exp(δθ/2) q. Nothing is shared with derivation
 //! or optimisation. What this evaluation loses to rounding is the measure of what a kernel may lose.
 
-use super::dual::{Dual, Scalar};
-use super::oracle::{Output, Statement, field_bits};
-use super::source::{Fields, Source, Values};
-use crate::bodies::Role;
-use crate::definition::Definition;
-use crate::outputs::Part;
-use crate::places::{Coordinate, Places};
+use crate::model::bodies::Role;
+use crate::model::outputs::Part;
+use crate::sample::inputs::{Coordinate, Places};
 use crate::vector::Comparison;
+use crate::vector::definition::Definition;
+use crate::verify::dual::{Dual, Scalar};
+use crate::verify::oracle::{Output, Statement, field_bits};
+use crate::verify::source::{Fields, Source, Values};
 
 /// The source of a kernel, ready to be evaluated in one precision.
 pub(crate) struct Written<'d, F> {

@@ -3,13 +3,13 @@
 mod programs;
 mod prose;
 
-use forcec::bodies::Slot;
-use forcec::eval::{self, Outputs};
-use forcec::identifiers::Arguments;
+use forcec::emit;
 use forcec::kernel::{File, Kernel, Precision, Target};
+use forcec::model::bodies::Slot;
+use forcec::names::Arguments;
+use forcec::scalar::eval::{self, Outputs};
 use forcec::scalar::{Operations, Program};
 use forcec::schedule::{Style, schedule};
-use forcec::targets;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -45,7 +45,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn write(folder: &Path, target: Target) {
-    for generated in targets::emit(&file(), target) {
+    for generated in emit::emit(&file(), target) {
         std::fs::write(folder.join(generated.name), generated.text).unwrap();
     }
 }
@@ -187,7 +187,7 @@ fn driver(target: Target) -> String {
                 for (index, (parameter, field)) in signature.parameters.iter().zip(fields).enumerate() {
                     for offset in 0..parameter.ty.length() as u32 {
                         let slot = signature.parameter_slot(index, offset);
-                        let indices = forcec::bodies::indices(&parameter.ty.extents(), offset);
+                        let indices = forcec::model::bodies::indices(&parameter.ty.extents(), offset);
                         let indices: String = indices.iter().map(|i| format!("[{i}]")).collect();
                         let value = programs::input(signature, slot);
                         text.push_str(&format!("params.{field}{indices} = {value:?};\n"));
@@ -350,7 +350,7 @@ fn operations_are_counted_on_the_text() {
         let kernel = Kernel::dense(name.clone(), vec![], vec![], schedule);
         let operations = kernel.schedule.operations();
         let freedoms = kernel.schedule.signature.freedoms();
-        let rust = targets::rust::kernel_module(&kernel, Precision::F32);
+        let rust = emit::rust::kernel_module(&kernel, Precision::F32);
         let start = rust.find("pub fn evaluate").unwrap();
         assert_eq!(
             recount(rust[start..].split_once("{\n").unwrap().1, freedoms),
@@ -363,7 +363,7 @@ fn operations_are_counted_on_the_text() {
             kernels: vec![kernel],
             precisions: vec![Precision::F64],
         };
-        let c = targets::c::source(&file);
+        let c = emit::c::source(&file);
         assert_eq!(recount(c.split_once("{\n").unwrap().1, freedoms), operations, "{name} in C");
     }
 }
@@ -371,7 +371,7 @@ fn operations_are_counted_on_the_text() {
 #[test]
 fn the_same_program_makes_the_same_text() {
     for target in [Target::C, Target::Rust] {
-        assert_eq!(targets::emit(&file(), target), targets::emit(&file(), target));
+        assert_eq!(emit::emit(&file(), target), emit::emit(&file(), target));
     }
 }
 

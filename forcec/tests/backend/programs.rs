@@ -1,9 +1,9 @@
 //! Programs built by hand and at random, for the back end to print.
 
-use forcec::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
-use forcec::exact::Exact;
-use forcec::ops::Function;
-use forcec::outputs::{Output, Part};
+use forcec::math::exact::Exact;
+use forcec::math::functions::Function;
+use forcec::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
+use forcec::model::outputs::{Output, Part};
 use forcec::scalar::{Graph, Id, Program};
 use forcec::vector::Comparison;
 

@@ -1,9 +1,9 @@
 //! What an author writes in comments and calls a file, in kernels: no compiler refuses it, nor runs it.
 
 use forcec::compile::{Request, compile};
+use forcec::emit;
 use forcec::kernel::{File, Precision, Target};
-use forcec::span::Source;
-use forcec::targets;
+use forcec::source::span::Source;
 use std::collections::BTreeSet;
 
 /// What targets print of a force file.
@@ -17,7 +17,7 @@ fn printed(stem: &str, text: &str, target: Target) -> String {
         kernels: kernels.collect(),
         precisions: vec![Precision::F64],
     };
-    let files = targets::emit(&file, target).into_iter().filter(|file| file.name != "forcec.h");
+    let files = emit::emit(&file, target).into_iter().filter(|file| file.name != "forcec.h");
     files.map(|file| file.text).collect()
 }
 

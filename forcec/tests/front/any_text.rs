@@ -2,7 +2,7 @@
 
 use super::{PROGRAM, compile};
 use forcec::check;
-use forcec::diagnostic::Severity;
+use forcec::source::diagnostic::Severity;
 use forcec::syntax;
 
 /// Neither a panic nor an overflow; returns whether there was no error.

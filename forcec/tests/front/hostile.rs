@@ -7,7 +7,7 @@
 mod any_options;
 
 use any_options::any_options;
-use forcec::span::Source;
+use forcec::source::span::Source;
 use forcec::{check, syntax};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

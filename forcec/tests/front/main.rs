@@ -8,8 +8,8 @@ mod messages;
 mod values;
 
 use forcec::check::{self, Checked};
-use forcec::diagnostic::Diagnostics;
-use forcec::span::Source;
+use forcec::source::diagnostic::Diagnostics;
+use forcec::source::span::Source;
 use forcec::syntax::{self, ast};
 
 /// Parses and checks a text.

@@ -2,7 +2,7 @@
 
 use super::values::{agreed, zero};
 use super::{PROGRAM, accepted};
-use forcec::definition::Law;
+use forcec::vector::definition::Law;
 
 #[test]
 fn vectors() {

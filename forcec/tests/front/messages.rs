@@ -4,8 +4,8 @@
 
 use super::{PROGRAM, accepted};
 use forcec::check;
-use forcec::diagnostic::Diagnostics;
-use forcec::span::Source;
+use forcec::source::diagnostic::Diagnostics;
+use forcec::source::span::Source;
 use forcec::syntax;
 use std::path::Path;
 

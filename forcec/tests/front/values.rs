@@ -3,7 +3,7 @@
 use super::{accepted, compile};
 use forcec::Specialization;
 use forcec::check;
-use forcec::definition::{Definition, Law, Row};
+use forcec::vector::definition::{Definition, Law, Row};
 use forcec::vector::{Comparison, Graph, Node};
 
 /// A number between −1 and 1 that depends on its place only.
@@ -16,7 +16,7 @@ fn noise(seed: u64) -> f64 {
 }
 
 fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
-    use forcec::bodies::{Role, Slot};
+    use forcec::model::bodies::{Role, Slot};
     let raw = |slot: Slot, offset: u32| {
         let place = (u64::from(slot.argument) << 40) + (u64::from(slot.field) << 32) + u64::from(offset);
         noise(seed.wrapping_mul(7919) + place)
@@ -26,7 +26,7 @@ fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
             || graph
                 .signature
                 .parameter(slot)
-                .is_some_and(|p| p.ty == forcec::bodies::ParameterType::Quaternion);
+                .is_some_and(|p| p.ty == forcec::model::bodies::ParameterType::Quaternion);
         let length = if quaternion { (0..4).map(|k| raw(slot, k).powi(2)).sum::<f64>().sqrt() } else { 1.0 };
         raw(slot, offset) / length
     };

@@ -3,14 +3,14 @@
 //! In: a point, F and what leads to it. Out: difference quotients along its coordinates, columns of matrices, and results by
 //! their names; or that the state says nothing.
 
-use super::{
+use crate::model::bodies::Role;
+use crate::model::outputs::Part;
+use crate::sample::inputs::Coordinate;
+use crate::verify::big::Big;
+use crate::verify::oracle::{
     Columns, Of, Output, Point, Singular, Statement, TwoSteps, Work, all_finite, inner, multiply, quotient,
     regular, step,
 };
-use crate::bodies::Role;
-use crate::outputs::Part;
-use crate::places::Coordinate;
-use crate::verify::big::Big;
 use crate::verify::search::Decider;
 use crate::verify::source::{self, Values};
 use std::cmp::Ordering;

@@ -3,9 +3,9 @@
 //! In: the values of a source at a point, and an arm. Out: comparisons that must come out so, first those on the way to the
 //! branch, then its own; and those that keep the point where every formula has its derivative.
 
-use super::{Decider, Routes, Search, Term, Want, Wish};
-use crate::ops::{Function, FunctionDomain};
+use crate::math::functions::{Function, FunctionDomain};
 use crate::vector::{Comparison, Node, Truth};
+use crate::verify::search::{Decider, Routes, Search, Term, Want, Wish};
 use crate::verify::source::Values;
 
 impl Search<'_> {

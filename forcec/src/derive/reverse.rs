@@ -1,0 +1,286 @@
+//! Gradients backward: Σ adjoint · D(node) for several nodes at once, as one vector a variable.
+//!
+//! In: nodes with adjoints, reals for reals and vectors for vectors. Out: for every variable that is met the vector
+//! that multiplies its tangent. Where a branch is taken the gradient is formed forward, so that nothing of the branch
+//! that is not taken, not even a NaN, reaches the result.
+
+use crate::derive::forward::{Lie, Turned, Variable, partial_of_call, partial_of_product};
+use crate::math::exact::Exact;
+use crate::math::functions::Function;
+use crate::model::bodies::{Role, Slot};
+use crate::vector::{Graph, Node, Real, Vector};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Accumulated adjoints by node.
+#[derive(Default)]
+struct Adjoints {
+    reals: BTreeMap<u32, Vec<(Exact, Real)>>,
+    vectors: BTreeMap<u32, Vec<(Exact, Vector)>>,
+    variables: BTreeMap<Variable, Vec<(Exact, Vector)>>,
+}
+
+impl Adjoints {
+    fn real(&mut self, node: Real, adjoint: Real) {
+        self.reals.entry(node.0).or_default().push((Exact::ONE, adjoint));
+    }
+
+    fn vector(&mut self, node: Vector, adjoint: Vector) {
+        self.vectors.entry(node.0).or_default().push((Exact::ONE, adjoint));
+    }
+
+    fn variable(&mut self, variable: Variable, coefficient: Exact, adjoint: Vector) {
+        self.variables.entry(variable).or_default().push((coefficient, adjoint));
+    }
+
+    /// The node met last that still waits, so that all its users are done.
+    fn last(&self) -> Option<u32> {
+        let real = self.reals.last_key_value().map(|(k, _)| *k);
+        let vector = self.vectors.last_key_value().map(|(k, _)| *k);
+        real.max(vector)
+    }
+}
+
+/// The gradient of Σ adjoint · real + Σ adjoint · vector.
+pub fn gradient(
+    lie: &mut Lie,
+    reals: &[(Real, Real)],
+    vectors: &[(Vector, Vector)],
+    variables: &[Variable],
+) -> BTreeMap<Variable, Vector> {
+    let mut adjoints = Adjoints::default();
+    for &(node, adjoint) in reals {
+        adjoints.real(node, adjoint);
+    }
+    for &(node, adjoint) in vectors {
+        adjoints.vector(node, adjoint);
+    }
+    while let Some(index) = adjoints.last() {
+        lie.step();
+        if let Some(terms) = adjoints.reals.remove(&index) {
+            let adjoint = lie.graph.sum(Exact::ZERO, terms);
+            if !lie.graph.is_zero(adjoint) {
+                propagate_real(lie, &mut adjoints, Real(index), adjoint, variables);
+            }
+        } else if let Some(terms) = adjoints.vectors.remove(&index) {
+            let adjoint = lie.graph.vector_sum(terms);
+            if !lie.graph.is_zero_vector(adjoint) {
+                propagate_vector(lie, &mut adjoints, Vector(index), adjoint, variables);
+            }
+        }
+    }
+    let variables = adjoints.variables;
+    variables.into_iter().map(|(variable, terms)| (variable, lie.graph.vector_sum(terms))).collect()
+}
+
+fn propagate_real(lie: &mut Lie, adjoints: &mut Adjoints, node: Real, adjoint: Real, variables: &[Variable]) {
+    if let Some(&other) = lie.stand.get(&node.0) {
+        return adjoints.real(Real(other), adjoint);
+    }
+    let index = node.index();
+    match lie.graph.node(index).clone() {
+        Node::Entry(slot) => {
+            let base = Slot { offset: 0, ..slot };
+            let variable = match lie.graph.signature.role(slot) {
+                Some(Role::Orientation) => Variable::Rotation(base),
+                Some(_) => Variable::Triple(base),
+                None => return,
+            };
+            let row = lie.row(node, variable);
+            let moved = lie.graph.scale(adjoint, row);
+            adjoints.variable(variable, Exact::ONE, moved);
+        }
+        Node::Sum(_, terms) => {
+            for (c, x) in terms {
+                let share = lie.graph.scaled(c, adjoint);
+                adjoints.real(x, share);
+            }
+        }
+        Node::Product(factors) => {
+            for (k, &(factor, exponent)) in factors.iter().enumerate() {
+                let partial = partial_of_product(&mut lie.graph, &factors, k);
+                let share = lie.graph.mul(adjoint, partial);
+                let share = lie.graph.scaled(Exact::from(i64::from(exponent)), share);
+                adjoints.real(factor, share);
+            }
+        }
+        Node::Dot(u, v) => {
+            let (on_u, on_v) = (lie.graph.scale(adjoint, v), lie.graph.scale(adjoint, u));
+            adjoints.vector(u, on_u);
+            adjoints.vector(v, on_v);
+        }
+        Node::Component(v, axis) => {
+            let basis = lie.graph.basis(axis);
+            let share = lie.graph.scale(adjoint, basis);
+            adjoints.vector(v, share);
+        }
+        Node::Norm(v) => {
+            let unit = lie.graph.normalize(v);
+            let share = lie.graph.scale(adjoint, unit);
+            adjoints.vector(v, share);
+        }
+        Node::Select(..) | Node::Call(Function::Min | Function::Max, _) => {
+            for &variable in variables {
+                let row = lie.row(node, variable);
+                let moved = lie.graph.scale(adjoint, row);
+                adjoints.variable(variable, Exact::ONE, moved);
+            }
+        }
+        Node::TurnReal(turn) => {
+            let (u, _) = lie.graph.turn(&turn);
+            let moved = lie.graph.scale(adjoint, u);
+            turn_adjoint(lie, adjoints, &turn, -Exact::ONE, |_, _| moved);
+        }
+        Node::Call(function, arguments) => {
+            for (k, &argument) in arguments.iter().enumerate() {
+                let partial = partial_of_call(&mut lie.graph, function, &arguments, node, k);
+                let share = lie.graph.mul(adjoint, partial);
+                adjoints.real(argument, share);
+            }
+        }
+        Node::Offset(x, _) => adjoints.real(x, adjoint),
+        Node::Let(x) => {
+            let name = format!("adjoint_{}", lie.graph.name(index).unwrap_or("value"));
+            let held = lie.graph.let_real(&name, adjoint);
+            adjoints.real(x, held);
+        }
+        _ => {}
+    }
+}
+
+fn propagate_vector(
+    lie: &mut Lie,
+    adjoints: &mut Adjoints,
+    node: Vector,
+    adjoint: Vector,
+    variables: &[Variable],
+) {
+    if let Some(&other) = lie.stand.get(&node.0) {
+        return adjoints.vector(Vector(other), adjoint);
+    }
+    let index = node.index();
+    match lie.graph.node(index).clone() {
+        Node::Triple(slot) => match lie.graph.signature.role(slot) {
+            Some(Role::Orientation) => {
+                let variable = Variable::Rotation(slot);
+                let moved = transpose_times(lie, node, variable, adjoint);
+                adjoints.variable(variable, Exact::ONE, moved);
+            }
+            Some(_) => adjoints.variable(Variable::Triple(slot), Exact::ONE, adjoint),
+            None => {}
+        },
+        Node::Difference(first, second) => {
+            if lie.frontier.contains(&(first, second)) {
+                adjoints.variable(Variable::Difference(first, second), Exact::ONE, adjoint);
+                return;
+            }
+            for (slot, sign) in [(first, Exact::ONE), (second, -Exact::ONE)] {
+                if lie.graph.signature.role(slot).is_some() {
+                    adjoints.variable(Variable::Triple(slot), sign, adjoint);
+                }
+            }
+        }
+        Node::VectorOffset(v, _) => adjoints.vector(v, adjoint),
+        Node::VectorSum(terms) => {
+            for (c, v) in terms {
+                let share = lie.graph.vector_sum(vec![(c, adjoint)]);
+                adjoints.vector(v, share);
+            }
+        }
+        Node::Scale(s, v) => {
+            let on_s = lie.graph.dot(adjoint, v);
+            let on_v = lie.graph.scale(s, adjoint);
+            adjoints.real(s, on_s);
+            adjoints.vector(v, on_v);
+        }
+        Node::Cross(u, v) => {
+            let on_u = lie.graph.cross(v, adjoint);
+            let on_v = lie.graph.cross(adjoint, u);
+            adjoints.vector(u, on_u);
+            adjoints.vector(v, on_v);
+        }
+        Node::Rotate(quaternion, inverse, v) => {
+            let g = &mut lie.graph;
+            let back = g.rotate(quaternion, !inverse, adjoint);
+            if g.signature.role(quaternion).is_some() {
+                // p·D(R v) = (R v × p)·δθ,  p·D(Rᵀ v) = (R p × v)·δθ
+                let torque = if inverse {
+                    g.cross(back, v)
+                } else {
+                    let rotated = g.rotate(quaternion, false, v);
+                    cross_terms(g, rotated, adjoint)
+                };
+                adjoints.variable(Variable::Rotation(quaternion), Exact::ONE, torque);
+            }
+            adjoints.vector(v, back);
+        }
+        Node::TurnVector(turn) => {
+            let (u, w) = lie.graph.turn(&turn);
+            turn_adjoint(lie, adjoints, &turn, Exact::ONE, |g, turned| turned.transposed(g, adjoint, u, w));
+        }
+        Node::Pack(entries) => {
+            for (axis, x) in entries.into_iter().enumerate() {
+                let share = lie.graph.component(adjoint, axis as u8);
+                adjoints.real(x, share);
+            }
+        }
+        Node::VectorSelect(..) => {
+            for &variable in variables {
+                let moved = transpose_times(lie, node, variable, adjoint);
+                adjoints.variable(variable, Exact::ONE, moved);
+            }
+        }
+        Node::VectorLet(v) => {
+            if lie.graph.formulation.backward || matches!(lie.graph.node(v.index()), Node::Rotate(..)) {
+                // The adjoint of an arm goes into one cross product, where it is better seen through.
+                adjoints.vector(v, adjoint);
+                return;
+            }
+            let name = format!("adjoint_{}", lie.graph.name(index).unwrap_or("value"));
+            let held = lie.graph.let_vector(&name, adjoint);
+            adjoints.vector(v, held);
+        }
+        _ => {}
+    }
+}
+
+/// u × v, forward term by term where v is a sum of scaled vectors: the products are those of the other body, too.
+fn cross_terms(g: &mut Graph, u: Vector, v: Vector) -> Vector {
+    match g.node(v.index()).clone() {
+        Node::VectorSum(terms)
+            if !g.formulation.backward
+                && terms.iter().all(|(_, t)| matches!(g.node(t.index()), Node::Scale(..))) =>
+        {
+            let terms = terms.iter().map(|(c, term)| (c.clone(), g.cross(u, *term))).collect();
+            g.vector_sum(terms)
+        }
+        _ => g.cross(u, v),
+    }
+}
+
+/// Adds the torques R⁻¹ `moved` of a product of quaternions at every place where it turns with a body.
+fn turn_adjoint(
+    lie: &mut Lie,
+    adjoints: &mut Adjoints,
+    turn: &[(Slot, bool)],
+    sign: Exact,
+    moved: impl Fn(&mut Graph, &Turned) -> Vector,
+) {
+    let slots: BTreeSet<Slot> = turn.iter().map(|(slot, _)| *slot).collect();
+    for slot in slots {
+        if lie.graph.signature.role(slot).is_none() {
+            continue;
+        }
+        let variable = Variable::Rotation(slot);
+        for turned in Turned::places(turn, variable) {
+            let moved = moved(&mut lie.graph, &turned);
+            let torque = turned.unrotate(&mut lie.graph, moved);
+            adjoints.variable(variable, &sign * &turned.coefficient, torque);
+        }
+    }
+}
+
+/// (D v)ᵀ x
+fn transpose_times(lie: &mut Lie, v: Vector, variable: Variable, x: Vector) -> Vector {
+    let matrix = lie.matrix(v, variable);
+    matrix.transpose_times(&mut lie.graph, x)
+}

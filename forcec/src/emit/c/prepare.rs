@@ -1,0 +1,64 @@
+//! What a kernel computes once, as a function of C.
+//!
+//! In: a kernel that is prepared. Out: a function from its parameters to the struct that it reads at every call.
+
+use crate::emit::body;
+use crate::emit::c::dialect::C;
+use crate::emit::c::{comment, named, star, wrapped};
+use crate::kernel::{Kernel, Precision};
+use crate::names::{Arguments, Target};
+
+/// The head of the function.
+pub(crate) fn head(kernel: &Kernel, precision: Precision, defines: bool) -> String {
+    let star = star(kernel, defines);
+    let arguments = [
+        format!("const {} {star}params", named(kernel, "_params", precision)),
+        format!("{} {star}prepared", named(kernel, "_prepared", precision)),
+    ];
+    wrapped(&format!("void {}(", named(kernel, "_prepare", precision)), &arguments, ")")
+}
+
+/// The function with its comment; nothing for a kernel that is not prepared.
+pub(crate) fn definition(kernel: &Kernel, precision: Precision) -> String {
+    let Some(once) = kernel.once() else { return String::new() };
+    let schedule = &once.schedule;
+    let signature = &schedule.signature;
+    let mut dialect = C::new(signature, precision, kernel.lanes);
+    let fields = Arguments::new(&kernel.schedule.signature, Target::C).parameters;
+    let (kept, values) = fields.split_at(once.kept.len());
+    dialect.prepared = values.to_vec();
+    let remark = format!("Computes what {} reads at every call.", named(kernel, "", precision));
+    let mut text = comment(&[remark], "");
+    text.push_str(&format!("{}\n{{\n", head(kernel, precision, true)));
+    for (field, parameter) in kept.iter().zip(&once.kept) {
+        let mut extents: Vec<u32> = signature.parameters[*parameter].ty.extents();
+        extents.extend((kernel.lanes > 1).then_some(kernel.lanes as u32));
+        let source = &dialect.names.parameters[*parameter];
+        if signature.parameters[*parameter].value.is_none() {
+            copy(&extents, field, source)
+                .into_iter()
+                .for_each(|line| text.push_str(&format!("    {line}\n")));
+        }
+    }
+    if kernel.lanes > 1 {
+        text.push_str(&format!("    for (int lane = 0; lane < {}; lane++) {{\n", kernel.lanes));
+        text.push_str(&body(&dialect, schedule, &schedule.statements, "        "));
+        text.push_str("    }\n");
+    } else {
+        text.push_str(&body(&dialect, schedule, &schedule.statements, "    "));
+    }
+    text + "}\n\n"
+}
+
+/// A parameter as it is, entry by entry.
+fn copy(extents: &[u32], field: &str, source: &str) -> Vec<String> {
+    let indices: Vec<String> = (0..extents.len()).map(|depth| format!("i{depth}")).collect();
+    let place: String = indices.iter().map(|index| format!("[{index}]")).collect();
+    let each = extents.iter().zip(&indices);
+    let loops = each.map(|(extent, i)| format!("for (int {i} = 0; {i} < {extent}; {i}++)"));
+    let mut lines: Vec<String> =
+        loops.enumerate().map(|(depth, each)| format!("{}{each}", "    ".repeat(depth))).collect();
+    let indent = "    ".repeat(extents.len());
+    lines.push(format!("{indent}prepared->{field}{place} = params->{source}{place};"));
+    lines
+}

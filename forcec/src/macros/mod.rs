@@ -1,0 +1,534 @@
+//! What the macros of `forcec-macros` expand to.
+//!
+//! In: the tokens of a force function, of a module of them, or the name of a force file. Out: the functions as they
+//! stand, without our attributes; beside them the modules that `forcec build --target rust` writes, and what ties these
+//! to the runtime; or every message, each at its own token. A message does not take the functions away, so that editors
+//! keep completing in them.
+
+mod manifest;
+mod places;
+mod plain;
+mod runtime;
+
+use crate::compile::{Stages, compile_file, fitted};
+use crate::emit::rust::{body_type, kernel_module, module_name};
+use crate::kernel::Precision;
+use crate::layout::Layout;
+use crate::macros::runtime::{COMPANIONS, Companion, ties};
+use crate::model::outputs::Part;
+use crate::names::is_module;
+use crate::options::Request;
+use crate::source::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::span::{Source, Span, shown};
+use crate::syntax::{self, ast};
+use places::{Places, mixed};
+use plain::{FORCES, is_named, is_pi, names_pi, plain, without_inner};
+use proc_macro2::{Delimiter, Group, Ident, Literal, TokenStream, TokenTree};
+use quote::{ToTokens, format_ident, quote, quote_spanned};
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use syn::parse::{ParseStream, Parser};
+
+/// `#[constraint]`, `#[energy]` or `#[force]`, by name, on one function.
+pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStream {
+    if let Some(error) = unfit(&item) {
+        return error.into_iter().chain(item).collect();
+    }
+    let attribute = attribute(name, &options);
+    let read = match syn::parse2::<syn::Item>(item.clone()) {
+        Ok(syn::Item::Fn(function)) => function,
+        Ok(other) => {
+            let message =
+                Diagnostic::error(Span::default(), format!("`#[{name}]` marks a function"), "this is none")
+                    .help("write it above `fn`; a module of force functions is marked `#[forces]`");
+            return complaint(&message, first(&other), first(&other)).into_iter().chain(item).collect();
+        }
+        Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
+    };
+    let mut marked = attribute;
+    marked.extend(item.clone());
+    let items = match syn::parse2::<syn::Item>(marked.clone()) {
+        Ok(item) => vec![item],
+        Err(error) => return error.to_compile_error(),
+    };
+    let own = plain(item, true);
+    let kernels = compiled(&items, marked, &Reading { name: &name_of(&read), alone: true });
+    let pi = names_pi(&own).then(is_pi);
+    quote!(#own #kernels #pi)
+}
+
+/// `#[domain(…)]` where it stands above the attribute that reads it: it goes below.
+pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
+    if let Some(error) = unfit(&item) {
+        return error.into_iter().chain(item).collect();
+    }
+    let mut tokens: Vec<TokenTree> = item.clone().into_iter().collect();
+    let mark = |token: &TokenTree| matches!(token, TokenTree::Group(group) if is_named(group, &FORCES));
+    if let Ok(syn::Item::Fn(function)) = syn::parse2::<syn::Item>(item.clone())
+        && let Some(at) = tokens.iter().take(2 * function.attrs.len()).rposition(mark)
+    {
+        tokens.splice(at + 1..at + 1, quote!(#[domain(#options)]));
+        return tokens.into_iter().collect();
+    }
+    let message = Diagnostic::error(
+        Span::default(),
+        "a domain belongs to a force function",
+        "no attribute of one here",
+    )
+    .help("write `#[constraint]`, `#[energy]` or `#[force]` above it");
+    let here = proc_macro2::Span::call_site();
+    complaint(&message, here, here).into_iter().chain(item).collect()
+}
+
+/// `#[forces]` on a module.
+pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
+    if let Some(error) = unfit(&item) {
+        return error.into_iter().chain(item).collect();
+    }
+    match syn::parse2::<syn::Item>(item.clone()) {
+        Ok(syn::Item::Mod(module)) if module.content.is_some() => {}
+        Ok(other) => {
+            let message = Diagnostic::error(
+                Span::default(),
+                "`#[forces]` marks a module of force functions",
+                "this is none",
+            )
+            .help("write `#[forces] mod joints { … }`; for one function write `#[constraint]`, `#[energy]` or `#[force]`");
+            return complaint(&message, first(&other), first(&other)).into_iter().chain(item).collect();
+        }
+        Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
+    }
+    let mut marked = attribute("forces", &options);
+    marked.extend(item.clone());
+    let read = match syn::parse2::<syn::Item>(marked.clone()) {
+        Ok(read) => read,
+        Err(error) => return error.to_compile_error(),
+    };
+    let kernels = compiled(&[read], marked, &Reading { name: "forces", alone: false });
+    let mut own: Vec<TokenTree> = plain(item, false).into_iter().collect();
+    // The body of the module is its last token.
+    if let Some(TokenTree::Group(body)) = own.pop() {
+        let (items, span) = (body.stream(), body.span());
+        let pi = names_pi(&items).then(is_pi);
+        let mut body = Group::new(Delimiter::Brace, quote!(#items #kernels #pi));
+        body.set_span(span);
+        own.push(body.into());
+    }
+    own.into_iter().collect()
+}
+
+/// `include_forces!("joints.rs")`: a module named as the file is, with all that stands in it. The path counts from the
+/// file that calls, as that of `include_str!` does.
+pub fn file(input: TokenStream) -> TokenStream {
+    let included = match Included::read(input) {
+        Ok(included) => included,
+        Err(errors) => return errors,
+    };
+    let at = included.path.span();
+    let failed = |message: &str, label: String, help: &str| {
+        complaint(&Diagnostic::error(Span::default(), message, label).help(help), at, at)
+    };
+    let path = resolve(&included.path);
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) => {
+            let label = format!("`{}`: {error}", shown(&path));
+            return failed("cannot read the force file", label, "the path counts from the file it stands in");
+        }
+    };
+    let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    if !is_module(&stem) {
+        let label = format!("`{stem}` is no name of a module");
+        return failed("a force file names a module", label, "rename the file");
+    }
+    let name = format_ident!("{stem}");
+    let shown = included.path.value();
+    let result = with_own_tokens(|| {
+        let file = syntax::parse(&Source::new(shown, text.clone()))?;
+        Ok::<_, Diagnostics>((Functions::compile(&file, &included.request)?, file))
+    });
+    // So that cargo builds again when the file changes.
+    let path = path.to_string_lossy();
+    let watched = quote!(
+        const _: &[u8] = ::core::include_bytes!(#path);
+    );
+    let (functions, ast) = match result {
+        Ok(result) => result,
+        Err(errors) => {
+            let errors = errors.list.iter().map(|error| rendered(&errors.source, error, at));
+            return quote!(#watched #(#errors)*);
+        }
+    };
+    if functions.forces.is_empty() {
+        let label = format!("`{path}` has none");
+        return failed(
+            "no force function",
+            label,
+            "mark one with `#[constraint]`, `#[energy]` or `#[force]`",
+        );
+    }
+    let tokens = match TokenStream::from_str(&text) {
+        Ok(tokens) => tokens,
+        Err(error) => return syn::Error::from(error).to_compile_error(),
+    };
+    if let Some(error) = unfit(&tokens) {
+        return error;
+    }
+    let file = match syn::parse2::<syn::File>(tokens.clone()) {
+        Ok(file) => file,
+        Err(error) => return error.to_compile_error(),
+    };
+    let own = plain(without_inner(tokens), false);
+    let pi = names_pi(&own).then(is_pi);
+    let docs = file.attrs.iter().filter(|attribute| attribute.path().is_ident("doc"));
+    let visibilities = visibilities(&file.items);
+    let kernels = kernels(&functions, &ast, &visibilities, "forces", &included.request);
+    quote! {
+        pub mod #name {
+            #(#docs)*
+            #watched
+            #own
+            #kernels
+            #pi
+        }
+    }
+}
+
+/// `"joints.rs", real = f32`
+struct Included {
+    path: syn::LitStr,
+    request: Request,
+}
+
+impl Included {
+    fn read(input: TokenStream) -> Result<Included, TokenStream> {
+        let parser = |input: ParseStream<'_>| {
+            let path: syn::LitStr = input.parse().map_err(|error| {
+                syn::Error::new(
+                    error.span(),
+                    "`include_forces!` takes the path of a force file\n\n  = help: write `include_forces!(\"joints.rs\")`",
+                )
+            })?;
+            input.parse::<Option<syn::Token![,]>>()?;
+            Ok((path, input.parse::<TokenStream>()?))
+        };
+        let (path, options) = parser.parse2(input).map_err(|error| error.to_compile_error())?;
+        if let Some(error) = unfit(&options) {
+            return Err(error);
+        }
+        // They are those of a module.
+        let mut marked = attribute("forces", &options);
+        let places = Places::new(marked.clone());
+        marked.extend(quote!(
+            mod forces {}
+        ));
+        let item = syn::parse2::<syn::Item>(marked).map_err(|error| error.to_compile_error())?;
+        match syntax::options(&item, |span| places.of(span)) {
+            Ok(choices) => Ok(Included { path, request: Request::default().with(&choices) }),
+            Err(errors) => Err(errors
+                .iter()
+                .map(|error| {
+                    let (start, end) = places.ends(error.span);
+                    complaint(error, start, end)
+                })
+                .collect()),
+        }
+    }
+}
+
+/// The path of an included file, from the file that calls; where the compiler does not say which that is, as some
+/// editors do not, from the crate's folders.
+fn resolve(path: &syn::LitStr) -> PathBuf {
+    let written = PathBuf::from(path.value());
+    if let Some(caller) = path.span().local_file() {
+        let folder = caller.parent().unwrap_or(Path::new("")).to_owned();
+        let folder = std::env::current_dir().map(|here| here.join(&folder)).unwrap_or(folder);
+        return folder.join(written);
+    }
+    let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
+    let source = root.join("src").join(&written);
+    if source.exists() { source } else { root.join(written) }
+}
+
+/// Runs work that makes tokens of its own, on other threads too, which the compiler's tokens do not allow.
+fn with_own_tokens<T>(work: impl FnOnce() -> T) -> T {
+    struct Restore;
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            proc_macro2::fallback::unforce();
+        }
+    }
+    proc_macro2::fallback::force();
+    let _restore = Restore;
+    work()
+}
+
+/// The message about tokens that must not be parsed.
+fn unfit(tokens: &TokenStream) -> Option<TokenStream> {
+    let error = syntax::check_limits(tokens.clone()).err()?;
+    let here = proc_macro2::Span::call_site();
+    Some(complaint(&error, here, here))
+}
+
+/// What is being read.
+struct Reading<'a> {
+    /// What the module of its kernels is named after.
+    name: &'a str,
+    /// It is one function, which can use nothing that stands beside it.
+    alone: bool,
+}
+
+/// The kernels of items, or the messages about them.
+fn compiled(items: &[syn::Item], tokens: TokenStream, reading: &Reading<'_>) -> TokenStream {
+    let request = Request::default();
+    let places = Places::new(tokens);
+    let source = Source::new(reading.name, places.text.as_str());
+    let result = syntax::from_items(source, &[], items, |span| places.of(span)).and_then(|ast| {
+        match mixed(&ast, &places) {
+            errors if errors.is_empty() => Ok((Functions::compile(&ast, &request)?, ast)),
+            errors => Err(Diagnostics::new(ast.source, errors)),
+        }
+    });
+    match result {
+        Ok((functions, _)) if functions.forces.is_empty() => {
+            let here = proc_macro2::Span::call_site();
+            let message =
+                Diagnostic::error(Span::default(), "no force function in this module", "there is none")
+                    .help("mark one with `#[constraint]`, `#[energy]` or `#[force]`");
+            complaint(&message, here, here)
+        }
+        Ok((functions, ast)) => kernels(&functions, &ast, &visibilities(items), reading.name, &request),
+        Err(errors) => {
+            let complaints = errors.list.into_iter().map(|mut error| {
+                let (start, end) = places.ends(error.span);
+                let unknown = error.message.starts_with("unknown function")
+                    || error.message.starts_with("unknown name");
+                if reading.alone && unknown && error.help.is_none() {
+                    error.help = Some(
+                        "a function alone sees no other items; write `#[forces] mod …` around all of them"
+                            .to_owned(),
+                    );
+                }
+                complaint(&error, start, end)
+            });
+            complaints.collect()
+        }
+    }
+}
+
+/// The force functions of a file.
+struct Functions {
+    forces: Vec<Stages>,
+    /// The same with other results, of those that the runtime calls.
+    companions: HashMap<String, Vec<(&'static Companion, Stages)>>,
+}
+
+impl Functions {
+    fn compile(file: &ast::File, request: &Request) -> Result<Functions, Diagnostics> {
+        let forces = compile_file(file, &|_| true, request.clone())?.functions;
+        let mut companions: HashMap<String, Vec<(&'static Companion, Stages)>> = HashMap::new();
+        for companion in &COMPANIONS {
+            // Functions of which the same is wanted are compiled together.
+            let mut wanted: Vec<(Request, Vec<&str>)> = Vec::new();
+            for stages in
+                forces.iter().filter(|stages| is_tied(stages) && (companion.is_of)(&stages.definition.law))
+            {
+                let name = stages.definition.name.as_str();
+                let own = file.function(name).map(ast::Function::choices);
+                let own = request.of(own.into_iter().flatten());
+                let request = Request { outputs: companion.outputs.to_vec(), settled: true, ..own };
+                match wanted.iter_mut().find(|(other, _)| *other == request) {
+                    Some((_, names)) => names.push(name),
+                    None => wanted.push((request, vec![name])),
+                }
+            }
+            for (request, names) in wanted {
+                for stages in compile_file(file, &|name| names.contains(&name), request)?.functions {
+                    let name = stages.definition.name.clone();
+                    companions.entry(name).or_default().push((companion, stages));
+                }
+            }
+        }
+        let mut functions = Functions { forces, companions };
+        functions.fit(file, request)?;
+        Ok(functions)
+    }
+}
+
+impl Functions {
+    /// Takes the numbers of kernels apart that a precision they are printed in does not hold.
+    fn fit(&mut self, file: &ast::File, request: &Request) -> Result<(), Diagnostics> {
+        let companions = self.companions.values_mut().flatten().map(|(_, stages)| stages);
+        let mut errors = Vec::new();
+        for stages in self.forces.iter_mut().chain(companions) {
+            match fitted(stages, &precisions(file, &stages.definition.name, request)) {
+                Ok(kernel) => stages.kernel = kernel,
+                Err(error) => errors.push(error),
+            }
+        }
+        if errors.is_empty() { Ok(()) } else { Err(Diagnostics::new(file.source.clone(), errors)) }
+    }
+}
+
+/// The precisions that the kernels of a function are printed in.
+fn precisions(file: &ast::File, name: &str, request: &Request) -> Vec<Precision> {
+    let own = file.function(name).map(ast::Function::choices);
+    let precisions = request.of(own.into_iter().flatten()).precisions;
+    if precisions.is_empty() { Precision::ALL.to_vec() } else { precisions }
+}
+
+/// Whether a kernel is one that the runtime calls: F and its derivatives of every body, in full, one instance at a time.
+fn is_tied(function: &Stages) -> bool {
+    let (kernel, bodies) = (&function.kernel, &function.definition.graph.signature.bodies);
+    let whole = function.outputs() == Part::DEFAULT
+        && (kernel.layout, kernel.lanes) == (Layout::Dense, 1)
+        && kernel.once().is_none();
+    whole && bodies.iter().all(|body| !body.fixed)
+}
+
+/// The modules of kernels, what ties them to the runtime, and their names where the functions stand.
+fn kernels(
+    functions: &Functions,
+    ast: &ast::File,
+    visibilities: &HashMap<String, syn::Visibility>,
+    name: &str,
+    request: &Request,
+) -> TokenStream {
+    let inner = format_ident!("forcec_{}", name.trim_start_matches("r#"));
+    let (mut modules, mut names) = (TokenStream::new(), TokenStream::new());
+    let mut others: BTreeMap<&str, TokenStream> = BTreeMap::new();
+    let mut bodies: Vec<Ident> = Vec::new();
+    let mut several: Vec<String> = Vec::new();
+    let parsed = |text: &str| {
+        TokenStream::from_str(text).unwrap_or_else(|error| syn::Error::from(error).to_compile_error())
+    };
+    for function in &functions.forces {
+        let (kernel, source) = (&function.kernel, &function.definition.name);
+        for precision in precisions(ast, source, request) {
+            modules.extend(parsed(&kernel_module(kernel, precision)));
+            if let Some(companions) = functions.companions.get(source) {
+                for (row, companion) in companions {
+                    let modules = others.entry(row.module).or_default();
+                    modules.extend(parsed(&kernel_module(&companion.kernel, precision)));
+                }
+                modules.extend(ties(function, companions, precision));
+            }
+            let module = format_ident!("{}", module_name(kernel, precision));
+            let visibility = visibilities.get(source);
+            // A kernel may be there to be read only.
+            names.extend(quote! {
+                #visibility use #inner::#module;
+                const _: () = _ = #module::NAME;
+            });
+            for body in &kernel.schedule.signature.bodies {
+                let row = body.kind.row();
+                if kernel.lanes > 1 {
+                    let text = body_type(row, precision, kernel.lanes);
+                    if !several.contains(&text) {
+                        several.push(text);
+                    }
+                    continue;
+                }
+                let name = format_ident!("{}", crate::emit::rust_body(row, precision, kernel.lanes));
+                if !bodies.contains(&name) {
+                    bodies.push(name);
+                }
+            }
+        }
+    }
+    let others = others.iter().map(|(module, modules)| {
+        let name = format_ident!("{module}");
+        quote! {
+            mod #name {
+                use super::{#(#bodies),*};
+                #modules
+            }
+        }
+    });
+    let several = several.iter().map(|text| parsed(text));
+    let bodies = (!bodies.is_empty()).then(|| quote!(use ::forcec_runtime::{#(#bodies),*};));
+    let kernels = quote! {
+        #names
+        mod #inner {
+            #bodies
+            #(#several)*
+            #modules
+            #(#others)*
+        }
+    };
+    match manifest::runtime() {
+        Some(name) => renamed(kernels, &name),
+        None => kernels,
+    }
+}
+
+/// Tokens of ours that name the runtime as the crate around calls it.
+fn renamed(tokens: TokenStream, name: &str) -> TokenStream {
+    let token = |token| match token {
+        TokenTree::Ident(ident) if ident == "forcec_runtime" => Ident::new(name, ident.span()).into(),
+        TokenTree::Group(group) => {
+            let mut inner = Group::new(group.delimiter(), renamed(group.stream(), name));
+            inner.set_span(group.span());
+            inner.into()
+        }
+        other => other,
+    };
+    tokens.into_iter().map(token).collect()
+}
+
+/// Who may see each function.
+fn visibilities(items: &[syn::Item]) -> HashMap<String, syn::Visibility> {
+    let mut found = HashMap::new();
+    let mut pending: Vec<&syn::Item> = items.iter().collect();
+    while let Some(item) = pending.pop() {
+        match item {
+            syn::Item::Fn(function) => _ = found.insert(name_of(function), function.vis.clone()),
+            syn::Item::Mod(module) => pending.extend(module.content.iter().flat_map(|(_, items)| items)),
+            _ => {}
+        }
+    }
+    found
+}
+
+fn name_of(function: &syn::ItemFn) -> String {
+    function.sig.ident.to_string()
+}
+
+/// `#[name(options)]`
+fn attribute(name: &str, options: &TokenStream) -> TokenStream {
+    let name = format_ident!("{name}");
+    if options.is_empty() { quote!(#[#name]) } else { quote!(#[#name(#options)]) }
+}
+
+fn first(item: &syn::Item) -> proc_macro2::Span {
+    let tokens = item.to_token_stream().into_iter();
+    tokens.map(|token| token.span()).next().unwrap_or_else(proc_macro2::Span::call_site)
+}
+
+/// An error of rustc's with our text, from one token to another.
+fn complaint(error: &Diagnostic, start: proc_macro2::Span, end: proc_macro2::Span) -> TokenStream {
+    let mut message = format!("{}\n", error.message);
+    if !error.label.is_empty() {
+        message.push_str(&format!("\n  = note: {}", error.label));
+    }
+    if let Some(help) = &error.help {
+        message.push_str(&format!("\n  = help: {help}"));
+    }
+    compile_error(message.trim_end(), start, end)
+}
+
+/// An error in a file that rustc has not read: with the lines it is about.
+fn rendered(source: &Source, error: &Diagnostic, at: proc_macro2::Span) -> TokenStream {
+    let text = Diagnostics::new(source.clone(), vec![error.clone()]).render(false);
+    compile_error(text.strip_prefix("error: ").unwrap_or(&text), at, at)
+}
+
+fn compile_error(message: &str, start: proc_macro2::Span, end: proc_macro2::Span) -> TokenStream {
+    let mut message = Literal::string(message);
+    message.set_span(end);
+    let mut group = Group::new(Delimiter::Brace, TokenTree::from(message).into());
+    group.set_span(end);
+    let path = quote_spanned!(start=> ::core::compile_error!);
+    path.into_iter().chain([TokenTree::from(group)]).collect()
+}

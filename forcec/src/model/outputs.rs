@@ -1,0 +1,532 @@
+//! What a kernel may compute: its results, as a table.
+//!
+//! A result is a row: its name in the source and in the output struct, what it is, and what its rows and columns count.
+//! Kernels compute any choice of them, in the order of the table.
+
+use crate::model::bodies::{Domain, Parameter, ParameterType, Signature};
+use std::fmt;
+use std::ops::Range;
+
+/// One of the results of a kernel.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Part {
+    /// C, or E
+    Value,
+    /// dC/dt, or dE/dt
+    Rate,
+    /// ∂C/∂X, or ∂E/∂X
+    Jacobian,
+    /// λ
+    Multiplier,
+    /// F
+    Force,
+    /// ∂F/∂X
+    Dfdx,
+    /// ∂F/∂V
+    Dfdv,
+    /// h (F + h ∂F/∂X V)
+    Impulse,
+    /// h ∂F/∂V + h² ∂F/∂X
+    Matrix,
+    /// h ∂λ/∂V + h² ∂λ/∂X
+    MultiplierStep,
+    /// `Matrix` where λ is given
+    Held,
+    /// ∂F/∂X p
+    DfdxProduct,
+    /// ∂F/∂V p
+    DfdvProduct,
+    /// A list that a layout makes of other results, by its position in the signature
+    List(u16),
+    /// A matrix that a layout makes of other results, by its position in the signature
+    Block(u16),
+}
+
+/// What the rows or columns of a result count.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Axis {
+    /// Rows of C; of an energy there is one.
+    Row,
+    /// Coordinates of the bodies that move.
+    Coordinate,
+    /// Entries of a piece that a layout makes.
+    Entry,
+}
+
+/// What a kernel takes beside bodies and parameters, for some of its results.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Extra {
+    /// h
+    Step,
+    /// p
+    Direction,
+    /// What stands for λ
+    Multipliers,
+}
+
+impl Extra {
+    /// As an argument of kernels with this signature.
+    pub fn parameter(self, signature: &Signature) -> Parameter {
+        let list = |length: usize| ParameterType::Array(length as u32, Box::new(ParameterType::Real));
+        let (name, ty) = match self {
+            Extra::Step => ("step", ParameterType::Real),
+            Extra::Direction => ("direction", list(signature.freedoms())),
+            Extra::Multipliers => ("multipliers", list(signature.rows)),
+        };
+        Parameter { name: name.to_owned(), ty, domain: Domain::Any, value: None }
+    }
+}
+
+/// What is known of a result.
+#[derive(Debug)]
+pub struct PartRow {
+    /// Which it is.
+    pub part: Part,
+    /// Its field in the output struct.
+    pub name: &'static str,
+    /// What a reader calls it.
+    pub title: &'static str,
+    /// What its rows count.
+    pub rows: Axis,
+    /// What its columns count; `None` for a list.
+    pub columns: Option<Axis>,
+    /// What else it is made of.
+    pub extras: &'static [Extra],
+    /// Whether only constraints have it.
+    pub of_constraints: bool,
+    /// What it is, for the generated documentation.
+    pub summary: &'static str,
+}
+
+/// Every result, in the order in which they are stored.
+pub static PARTS: [PartRow; 15] = [
+    PartRow {
+        part: Part::Value,
+        name: "value",
+        title: "C",
+        rows: Axis::Row,
+        columns: None,
+        extras: &[],
+        of_constraints: false,
+        summary: "the rows of the constraint, or the energy",
+    },
+    PartRow {
+        part: Part::Rate,
+        name: "rate",
+        title: "dC/dt",
+        rows: Axis::Row,
+        columns: None,
+        extras: &[],
+        of_constraints: false,
+        summary: "the rate of `value`",
+    },
+    PartRow {
+        part: Part::Jacobian,
+        name: "jacobian",
+        title: "J",
+        rows: Axis::Row,
+        columns: Some(Axis::Coordinate),
+        extras: &[],
+        of_constraints: false,
+        summary: "`jacobian[i][j]` is the derivative of `value[i]` along pose coordinate j",
+    },
+    PartRow {
+        part: Part::Multiplier,
+        name: "multiplier",
+        title: "lambda",
+        rows: Axis::Row,
+        columns: None,
+        extras: &[],
+        of_constraints: true,
+        summary: "what each row of C pulls with: stiffness C + damping dC/dt, or zero where a one-sided row does nothing",
+    },
+    PartRow {
+        part: Part::Force,
+        name: "force",
+        title: "F",
+        rows: Axis::Coordinate,
+        columns: None,
+        extras: &[],
+        of_constraints: false,
+        summary: "generalised force F, in argument order",
+    },
+    PartRow {
+        part: Part::Dfdx,
+        name: "dfdx",
+        title: "dF/dX",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        extras: &[],
+        of_constraints: false,
+        summary: "`dfdx[i][j]` is the derivative of `force[i]` along pose coordinate j",
+    },
+    PartRow {
+        part: Part::Dfdv,
+        name: "dfdv",
+        title: "dF/dV",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        extras: &[],
+        of_constraints: false,
+        summary: "`dfdv[i][j]` is the derivative of `force[i]` by velocity coordinate j",
+    },
+    PartRow {
+        part: Part::Impulse,
+        name: "impulse",
+        title: "h (F + h dF/dX V)",
+        rows: Axis::Coordinate,
+        columns: None,
+        extras: &[Extra::Step],
+        of_constraints: false,
+        summary: "h (F + h dF/dX V), with h the `step`, in argument order",
+    },
+    PartRow {
+        part: Part::Matrix,
+        name: "matrix",
+        title: "h dF/dV + h^2 dF/dX",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        extras: &[Extra::Step],
+        of_constraints: false,
+        summary: "h dF/dV + h^2 dF/dX, with h the `step`",
+    },
+    PartRow {
+        part: Part::MultiplierStep,
+        name: "multiplier_step",
+        title: "h dlambda/dV + h^2 dlambda/dX",
+        rows: Axis::Row,
+        columns: Some(Axis::Coordinate),
+        extras: &[Extra::Step],
+        of_constraints: true,
+        summary: "h dlambda/dV + h^2 dlambda/dX, with h the `step`",
+    },
+    PartRow {
+        part: Part::Held,
+        name: "held_matrix",
+        title: "h dF/dV + h^2 dF/dX, lambda given",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        extras: &[Extra::Step, Extra::Multipliers],
+        of_constraints: true,
+        summary: "h dF/dV + h^2 dF/dX, with the `multipliers` for lambda where gradients of C turn",
+    },
+    PartRow {
+        part: Part::DfdxProduct,
+        name: "dfdx_product",
+        title: "dF/dX p",
+        rows: Axis::Coordinate,
+        columns: None,
+        extras: &[Extra::Direction],
+        of_constraints: false,
+        summary: "dF/dX times the `direction`",
+    },
+    PartRow {
+        part: Part::DfdvProduct,
+        name: "dfdv_product",
+        title: "dF/dV p",
+        rows: Axis::Coordinate,
+        columns: None,
+        extras: &[Extra::Direction],
+        of_constraints: false,
+        summary: "dF/dV times the `direction`",
+    },
+    PartRow {
+        part: Part::List(0),
+        name: "list",
+        title: "list",
+        rows: Axis::Entry,
+        columns: None,
+        extras: &[],
+        of_constraints: false,
+        summary: "a list of entries of other results",
+    },
+    PartRow {
+        part: Part::Block(0),
+        name: "block",
+        title: "block",
+        rows: Axis::Entry,
+        columns: Some(Axis::Entry),
+        extras: &[],
+        of_constraints: false,
+        summary: "some rows and columns of another result",
+    },
+];
+
+/// What a layout stores in place of results, or of a part of one. The names are those of the source.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Piece {
+    /// So many entries of all results, in a list.
+    Entries(usize),
+    /// Some rows, and columns if it has any, of a result.
+    Block {
+        /// Which result.
+        part: Part,
+        /// Its rows, those of a body unless they count otherwise.
+        rows: Range<usize>,
+        /// Its columns, those of a body; 0 .. 1 of a list.
+        columns: Range<usize>,
+        /// What the rows and columns belong to: the names of bodies.
+        of: Vec<String>,
+        /// What it is called: no other piece is, whatever the bodies are called.
+        name: String,
+    },
+    /// The upper triangle of a symmetric matrix, row by row.
+    Triangle(Part),
+    /// Values that are computed once, by their names.
+    Values(Vec<String>),
+}
+
+impl Piece {
+    /// The name of its field.
+    pub fn name(&self) -> String {
+        match self {
+            Piece::Entries(_) => "entries".to_owned(),
+            Piece::Block { name, .. } => name.clone(),
+            Piece::Triangle(part) => part.name().to_owned(),
+            Piece::Values(_) => "prepared".to_owned(),
+        }
+    }
+
+    /// What it is, for the generated documentation.
+    pub fn summary(&self) -> String {
+        match self {
+            Piece::Entries(_) => "each distinct entry of the results that is not zero, once".to_owned(),
+            Piece::Block { part, of, .. } => match (of.as_slice(), part.row().rows) {
+                ([], _) => part.row().summary.to_owned(),
+                ([column], Axis::Row) => format!("{}, columns of `{column}`", part.title()),
+                ([row], _) => format!("{}, rows of `{row}`", part.title()),
+                (bodies, _) => {
+                    format!("{}, rows of `{}`, columns of `{}`", part.title(), bodies[0], bodies[1])
+                }
+            },
+            Piece::Triangle(part) => format!("{}, its upper triangle row by row", part.title()),
+            Piece::Values(_) => "what is computed once".to_owned(),
+        }
+    }
+
+    /// What a reader calls it.
+    pub fn title(&self) -> String {
+        match self {
+            Piece::Entries(_) => "entries".to_owned(),
+            Piece::Block { part, of, .. } if !of.is_empty() => format!("{}: {}", part.title(), of.join(", ")),
+            Piece::Block { part, .. } | Piece::Triangle(part) => part.title().to_owned(),
+            Piece::Values(_) => "what is computed once".to_owned(),
+        }
+    }
+
+    /// How many rows and columns it has.
+    fn shape(&self, signature: &Signature) -> (usize, usize) {
+        match self {
+            Piece::Entries(count) => (*count, 1),
+            Piece::Values(names) => (names.len(), 1),
+            Piece::Block { rows, columns, .. } => (rows.len(), columns.len()),
+            Piece::Triangle(part) => {
+                let (rows, _) = part.shape(signature);
+                (rows * (rows + 1) / 2, 1)
+            }
+        }
+    }
+}
+
+impl Part {
+    /// What kernels compute unless told otherwise.
+    pub const DEFAULT: [Part; 3] = [Part::Force, Part::Dfdx, Part::Dfdv];
+
+    /// What may be asked for, and what it stands for: `value` is C with its rate.
+    pub const CHOICES: [(&'static str, &'static [Part]); 12] = [
+        ("value", &[Part::Value, Part::Rate]),
+        ("jacobian", &[Part::Jacobian]),
+        ("force", &[Part::Force]),
+        ("dfdx", &[Part::Dfdx]),
+        ("dfdv", &[Part::Dfdv]),
+        ("impulse", &[Part::Impulse]),
+        ("matrix", &[Part::Matrix]),
+        ("multiplier", &[Part::Multiplier]),
+        ("multiplier_step", &[Part::MultiplierStep]),
+        ("held_matrix", &[Part::Held]),
+        ("dfdx_product", &[Part::DfdxProduct]),
+        ("dfdv_product", &[Part::DfdvProduct]),
+    ];
+
+    /// The results that were asked for by name, in the order of the table; or the first name that is none.
+    pub fn chosen<'n>(names: impl IntoIterator<Item = &'n str>) -> Result<Vec<Part>, &'n str> {
+        let mut parts = Vec::new();
+        for name in names {
+            let (_, found) = Part::CHOICES.iter().find(|(own, _)| *own == name).ok_or(name)?;
+            parts.extend_from_slice(found);
+        }
+        Ok(Part::in_order(parts))
+    }
+
+    /// What these results take beside bodies and parameters.
+    pub fn extras(parts: &[Part]) -> Vec<Extra> {
+        let mut extras: Vec<Extra> = parts.iter().flat_map(|part| part.row().extras).copied().collect();
+        extras.sort_unstable();
+        extras.dedup();
+        extras
+    }
+
+    /// The same results in the order of the table, each once.
+    pub fn in_order(mut parts: Vec<Part>) -> Vec<Part> {
+        parts.sort_unstable();
+        parts.dedup();
+        parts
+    }
+
+    /// Its row.
+    pub fn row(self) -> &'static PartRow {
+        let own = |row: &&PartRow| std::mem::discriminant(&row.part) == std::mem::discriminant(&self);
+        PARTS.iter().find(own).expect("a result has a row")
+    }
+
+    /// What a layout made, if this is it.
+    pub fn piece(self, signature: &Signature) -> Option<&Piece> {
+        match self {
+            Part::List(place) | Part::Block(place) => signature.pieces.get(place as usize),
+            _ => None,
+        }
+    }
+
+    /// Its field in the output struct.
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// What a reader calls it.
+    pub fn title(self) -> &'static str {
+        self.row().title
+    }
+
+    /// Its name as the source would spell it, in a kernel with this signature.
+    pub fn stem(self, signature: &Signature) -> String {
+        self.piece(signature).map_or_else(|| self.name().to_owned(), Piece::name)
+    }
+
+    /// What it is, in a kernel with this signature.
+    pub fn summary(self, signature: &Signature) -> String {
+        self.piece(signature).map_or_else(|| self.row().summary.to_owned(), Piece::summary)
+    }
+
+    /// What a reader calls it, in a kernel with this signature.
+    pub fn titled(self, signature: &Signature) -> String {
+        self.piece(signature).map_or_else(|| self.title().to_owned(), Piece::title)
+    }
+
+    /// How many rows and columns it has; a list has one column.
+    pub fn shape(self, signature: &Signature) -> (usize, usize) {
+        if let Some(piece) = self.piece(signature) {
+            return piece.shape(signature);
+        }
+        let length = |axis: Axis| match axis {
+            Axis::Row => signature.rows,
+            Axis::Coordinate => signature.freedoms(),
+            Axis::Entry => 0,
+        };
+        (length(self.row().rows), self.row().columns.map_or(1, length))
+    }
+
+    /// How many entries it has.
+    pub fn length(self, signature: &Signature) -> usize {
+        let (rows, columns) = self.shape(signature);
+        rows * columns
+    }
+
+    /// Whether it is a list and no matrix.
+    pub fn is_list(self) -> bool {
+        self.row().columns.is_none()
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// One entry of the results.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Output {
+    /// Which result.
+    pub part: Part,
+    /// Its row: the coordinate of a force.
+    pub row: usize,
+    /// Its column: the coordinate it is differentiated by; 0 in a list.
+    pub column: usize,
+}
+
+impl Output {
+    /// An entry.
+    pub fn new(part: Part, row: usize, column: usize) -> Output {
+        Output { part, row, column }
+    }
+
+    /// What a person calls it: `dfdx[a.ry][b.x]`, `jacobian[2][b.x]`.
+    pub fn named(self, signature: &Signature) -> String {
+        let column = self.column..self.column + 1;
+        spans(self.part, &(self.row..self.row + 1), &[column], signature)
+    }
+}
+
+/// What a person calls some rows of a result, or some columns of these: `dfdx[a.x .. a.rz][b.x, b.z]`.
+pub fn spans(part: Part, rows: &Range<usize>, columns: &[Range<usize>], signature: &Signature) -> String {
+    // A block is part of a result that has names for its rows and columns.
+    let (part, first, column) = match part.piece(signature) {
+        Some(Piece::Block { part, rows, columns, .. }) => (*part, rows.start, columns.start),
+        _ => (part, 0, 0),
+    };
+    let moved = |range: &Range<usize>, by: usize| range.start + by..range.end + by;
+    let columns = part.row().columns.filter(|_| !columns.is_empty()).map_or_else(String::new, |axis| {
+        let runs: Vec<String> =
+            columns.iter().map(|run| span(axis, &moved(run, column), signature)).collect();
+        format!("[{}]", runs.join(", "))
+    });
+    format!("{}[{}]{columns}", part.stem(signature), span(part.row().rows, &moved(rows, first), signature))
+}
+
+/// What a person calls rows or columns of a result: `a.x .. a.rz`, `0 .. 2`.
+fn span(axis: Axis, range: &Range<usize>, signature: &Signature) -> String {
+    let coordinates = signature.coordinate_names();
+    let label = |index: usize| match axis {
+        Axis::Row | Axis::Entry => index.to_string(),
+        Axis::Coordinate => coordinates[index].clone(),
+    };
+    match range.len() {
+        1 => label(range.start),
+        _ => format!("{} .. {}", label(range.start), label(range.end - 1)),
+    }
+}
+
+/// The entries of one result, row by row.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Array<T> {
+    /// Which result.
+    pub part: Part,
+    /// How many columns it has; one if it is a list.
+    pub columns: usize,
+    /// Its entries.
+    pub entries: Vec<T>,
+}
+
+/// The entries of a result among some, row by row; none if it is not there.
+pub fn entries<T>(arrays: &[Array<T>], part: Part) -> &[T] {
+    arrays.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
+}
+
+impl<T> Array<T> {
+    /// A result of a kernel with these arguments.
+    pub fn new(part: Part, signature: &Signature, entries: Vec<T>) -> Array<T> {
+        Array { part, columns: part.shape(signature).1, entries }
+    }
+
+    /// Its entries with their places.
+    pub fn outputs(&self) -> impl Iterator<Item = (Output, &T)> {
+        let (part, columns) = (self.part, self.columns.max(1));
+        let place = move |(k, entry)| (Output::new(part, k / columns, k % columns), entry);
+        self.entries.iter().enumerate().map(place)
+    }
+
+    /// Its rows.
+    pub fn rows(&self) -> impl Iterator<Item = &[T]> {
+        self.entries.chunks(self.columns.max(1))
+    }
+}

@@ -1,0 +1,4 @@
+//! The stages as text: formulas and graphs.
+
+pub mod formula;
+pub mod graphs;
