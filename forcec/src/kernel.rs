@@ -3,10 +3,10 @@
 use crate::layout::{Layout, Packing};
 use crate::math::exact::Exact;
 use crate::math::number::Number;
+pub use crate::math::number::Precision;
 use crate::model::bodies::{Signature, Slot};
 use crate::model::outputs::{Part, Piece};
 pub use crate::names::Target;
-pub use crate::options::plan::Precision;
 use crate::scalar::Operations;
 use crate::schedule::Schedule;
 

@@ -4,12 +4,13 @@ use forcec::Precision;
 use forcec::kernel::Kernel;
 use forcec::math::exact::Exact;
 use forcec::math::functions::Function;
+use forcec::math::number::Comparison;
 use forcec::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
 use forcec::model::outputs::Part;
 use forcec::scalar::Program;
 use forcec::schedule::{Style, schedule};
 use forcec::vector::definition::{Definition, Generalised, Law, Row};
-use forcec::vector::{Comparison, Graph, Real, Vector};
+use forcec::vector::{Graph, Real, Vector};
 use forcec::verify::probe::Probe;
 use forcec::verify::{self, CheckOptions, Family, Mutation, Printed, Report, Subject, Verdict};
 

@@ -2,8 +2,7 @@
 //! their operations, nowhere else; what is not a number they hand on.
 
 use forcec::compile::Stages;
-use forcec::scalar::Operations;
-use forcec::scalar::eval;
+use forcec::scalar::{Operations, eval};
 use forcec::schedule::Statement;
 use forcec::verify::probe::Probe;
 use forcec::verify::{Family, Subject};

@@ -1,71 +1,7 @@
-//! The pipeline order, read off the sources: no stage imports a later one, and files stay readable.
+//! The order of the stages, read off the sources: no folder imports itself over others; and files stay readable.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-
-/// What every stage speaks: these modules import each other and no stage.
-const VOCABULARY: [&str; 23] = [
-    "bodies",
-    "definition",
-    "diagnostic",
-    "eval",
-    "exact",
-    "identifiers",
-    "identities",
-    "layouts",
-    "number",
-    "ops",
-    "options",
-    "outputs",
-    "places",
-    "plan",
-    "scalar",
-    "span",
-    "special",
-    "specialize",
-    "states",
-    "suggest",
-    "valuation",
-    "vector",
-    "verify",
-];
-
-/// The pipeline, in order: a module, and the earlier ones that it imports besides the vocabulary.
-const PIPELINE: [(&str, &[&str]); 21] = [
-    ("syntax", &[]),
-    ("check", &["syntax"]),
-    ("derive", &[]),
-    ("formula", &["derive"]),
-    ("text", &["derive", "formula"]),
-    ("optimize", &["derive"]),
-    ("prepare", &[]),
-    ("schedule", &[]),
-    ("kernel", &["schedule"]),
-    ("rounding", &["kernel"]),
-    ("targets", &["kernel", "rounding", "schedule"]),
-    ("compile", &["syntax", "check", "derive", "formula", "optimize", "prepare", "schedule", "kernel"]),
-    ("library", &["kernel", "targets", "compile"]),
-    ("ties", &["kernel", "targets", "compile"]),
-    ("manifest", &[]),
-    ("expand", &["syntax", "kernel", "targets", "compile", "ties", "manifest"]),
-    ("files", &["syntax", "kernel", "targets", "compile"]),
-    ("scene", &["syntax", "check", "compile", "files"]),
-    ("build", &["kernel", "compile", "files", "scene"]),
-    ("lint", &["derive", "optimize"]),
-    (
-        "cli",
-        &[
-            "syntax", "check", "derive", "formula", "text", "optimize", "schedule", "kernel", "targets",
-            "compile", "files", "scene", "lint", "rounding",
-        ],
-    ),
-];
-
-/// A stage may speak to one thing of a later one, or of one that stands beside it; each with its reason.
-const EXCEPTIONS: [(&str, &str); 1] = [
-    // What a kernel is off by is measured in the numbers of the checks; what is printed does without.
-    ("rounding/observed.rs", "verify"),
-];
 
 /// Lines a file may have.
 const LONGEST: usize = 700;
@@ -157,63 +93,25 @@ fn imports_are_found() {
     assert!(imports("cli/show.rs", "use super::print;").is_empty());
 }
 
+/// A folder is done with once all that it imports is done; what is left over imports itself in a circle.
 #[test]
-fn every_module_has_a_place() {
-    let text = &files()["lib.rs"];
-    let declared: BTreeSet<&str> = text
-        .lines()
-        .filter_map(|line| line.trim_start_matches("pub ").strip_prefix("mod ")?.strip_suffix(';'))
-        .collect();
-    let known = VOCABULARY.into_iter().chain(PIPELINE.map(|(name, _)| name)).collect();
-    assert_eq!(declared, known, "modules of the crate, and those of the lists in this test");
-}
-
-#[test]
-fn no_stage_imports_a_later_one() {
-    for (index, (stage, imported)) in PIPELINE.iter().enumerate() {
-        let earlier: Vec<&str> = PIPELINE[..index].iter().map(|(name, _)| *name).collect();
-        for name in *imported {
-            assert!(
-                earlier.contains(name),
-                "the list says that `{stage}` imports `{name}`, which is not earlier"
-            );
-        }
-    }
-    let mut violations = Vec::new();
-    for (file, text) in files() {
-        let module = module(&file);
-        if matches!(module, "lib" | "main") {
-            continue;
-        }
-        let stage = PIPELINE.iter().find(|(name, _)| *name == module);
-        for import in imports(&file, &text) {
-            let stages = PIPELINE.iter().any(|(name, _)| *name == import);
-            let listed = stage.is_some_and(|(_, imported)| imported.contains(&import.as_str()));
-            // The command line is the only door to the checks; advice draws its states there.
-            let checks = import == "verify" && !matches!(module, "cli" | "lint");
-            let excepted = EXCEPTIONS.contains(&(file.as_str(), import.as_str()));
-            if (stages && !listed || checks) && !excepted {
-                violations.push(format!("forcec/src/{file} imports `{import}`"));
-            }
-        }
-    }
-    assert!(violations.is_empty(), "against the order of the pipeline:\n{}", violations.join("\n"));
-}
-
-/// What the lists allow is needed: otherwise they say nothing.
-#[test]
-fn every_listed_import_is_used() {
+fn no_folder_imports_itself_over_others() {
+    let mut imported: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
     let files = files();
-    for (stage, imported) in PIPELINE.iter().filter(|(stage, _)| *stage != "cli") {
-        let used: BTreeSet<String> = files
-            .iter()
-            .filter(|(file, _)| module(file) == *stage)
-            .flat_map(|(file, text)| imports(file, text))
-            .collect();
-        for name in *imported {
-            assert!(used.contains(*name), "`{stage}` does not import `{name}`: remove it from the list");
-        }
+    let folders: BTreeSet<&str> = files.keys().map(|file| module(file)).collect();
+    for (file, text) in files.iter().filter(|(file, _)| !matches!(module(file), "lib" | "main")) {
+        let found = imported.entry(module(file).to_owned()).or_default();
+        // Names of the crate's root are re-exports: types that a folder has.
+        let inner = imports(file, text).into_iter().filter(|name| folders.contains(name.as_str()));
+        found.extend(inner.map(|name| (name, file.clone())));
     }
+    while let Some(done) =
+        imported.iter().find(|(_, imports)| imports.is_empty()).map(|(name, _)| name.clone())
+    {
+        imported.remove(&done);
+        imported.values_mut().for_each(|imports| drop(imports.remove(&done)));
+    }
+    assert!(imported.is_empty(), "folders of forcec/src that import each other: {imported:#?}");
 }
 
 #[test]

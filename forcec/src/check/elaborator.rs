@@ -10,7 +10,7 @@ use crate::check::singular::risks::Risk;
 use crate::check::types::Type;
 use crate::check::values::Value;
 use crate::math::exact::Exact;
-use crate::options::plan::Precision;
+use crate::math::number::Precision;
 use crate::source::diagnostic::Diagnostic;
 use crate::source::span::Span;
 use crate::syntax::ast::{ExprId, Expressions, FunctionKind};

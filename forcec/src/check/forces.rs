@@ -5,11 +5,11 @@ use crate::check::builtins::quaternions::Quaternion;
 use crate::check::elaborator::{Elaborator, LARGEST_VALUE, Purpose};
 use crate::check::program::Program;
 use crate::check::scales;
-use crate::check::singular::ranges;
-use crate::check::singular::risks;
+use crate::check::singular::{ranges, risks};
 use crate::check::types::Type;
 use crate::check::values::Value;
 use crate::math::exact::Exact;
+use crate::math::number::Comparison;
 use crate::model::bodies::{
     Body, BodyKind, Domain, FieldDomain, Parameter, ParameterType, Role, Signature, Slot,
 };
@@ -17,8 +17,8 @@ use crate::options::specialize::Specialization;
 use crate::source::diagnostic::{Diagnostic, Lint};
 use crate::source::suggest;
 use crate::syntax::ast::{DomainClause, ExprId, Function, FunctionKind, Name, StatedDomain};
+use crate::vector::Graph;
 use crate::vector::definition::{Definition, Generalised, Law, Row};
-use crate::vector::{Comparison, Graph};
 
 /// More arguments than any function has.
 const MOST_ARGUMENTS: usize = 1000;

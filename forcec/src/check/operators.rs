@@ -7,9 +7,10 @@ use crate::check::singular::risks::RiskKind;
 use crate::check::types::Type;
 use crate::check::values::Value;
 use crate::math::exact::Exact;
+use crate::math::number::Comparison;
 use crate::source::span::Span;
 use crate::syntax::ast::BinaryOp;
-use crate::vector::{Comparison, Graph, Node, Real};
+use crate::vector::{Graph, Node, Real};
 use std::rc::Rc;
 
 /// −x

@@ -5,9 +5,9 @@ use crate::cli::{Failure, Input, Outcome, in_parallel, print, rounding};
 use crate::compile::{Request, Stages};
 use crate::kernel::Kernel;
 use crate::layout::Layout;
+use crate::math::number::Precision;
 use crate::model::bodies::Slot;
 use crate::model::outputs::Part;
-use crate::options::plan::Precision;
 use crate::verify::probe::Probe;
 use crate::verify::{self, CheckOptions, Family, Printed, Report, Subject};
 

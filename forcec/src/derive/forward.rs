@@ -4,10 +4,10 @@
 //! derivative as a vector, for a vector a [`Matrix`]. A variable is a stored triple that moves by δ, a pinned
 //! difference taken as a whole, or an orientation that turns by δθ: D_θ (q·r) = −[q·r]×.
 
-use crate::derive::Combination;
-use crate::derive::block as matrix;
 use crate::derive::block::Matrix;
+use crate::derive::partials::partial;
 use crate::derive::reverse::gradient;
+use crate::derive::{Combination, block};
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{Block, Role, Slot};
@@ -242,7 +242,7 @@ impl Lie {
                 for (k, argument) in arguments.iter().enumerate() {
                     let row = self.row_of(*argument, variable);
                     if !self.graph.is_zero_vector(row) {
-                        let partial = partial_of_call(&mut self.graph, *function, arguments, Real(index), k);
+                        let partial = partial(&mut self.graph, *function, arguments, Real(index), k);
                         rows.push((Exact::ONE, self.graph.scale(partial, row)));
                     }
                 }
@@ -539,7 +539,7 @@ impl Turned {
         if self.rotations.is_empty() {
             return Matrix::skew(g, w, skew);
         }
-        let turned = matrix::Turned { identity: w, skew, rotations: self.rotations.clone() };
+        let turned = block::Turned { identity: w, skew, rotations: self.rotations.clone() };
         Matrix { turned: Some(turned), ..Matrix::zero(g) }
     }
 }
@@ -550,15 +550,4 @@ pub(super) fn partial_of_product(g: &mut Graph, factors: &[(Real, i32)], k: usiz
     rest[k].1 -= 1;
     rest.retain(|(_, e)| *e != 0);
     g.product(&rest)
-}
-
-/// ∂f/∂(argument k) from the function table.
-pub(super) fn partial_of_call(
-    g: &mut Graph,
-    f: Function,
-    arguments: &[Real],
-    result: Real,
-    k: usize,
-) -> Real {
-    (f.row().derivative)(g, arguments, result, k)
 }

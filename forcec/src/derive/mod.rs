@@ -9,6 +9,7 @@
 
 pub mod block;
 pub mod forward;
+pub mod partials;
 pub mod rate;
 pub mod reverse;
 

@@ -3,7 +3,8 @@
 //! In: nodes that read pose and velocity. Out: nodes that also read what they move with. The rate of a let is a let:
 //! `d` has `d_dot`.
 
-use crate::derive::forward::{Turned, Variable, partial_of_call, partial_of_product};
+use crate::derive::forward::{Turned, Variable, partial_of_product};
+use crate::derive::partials::partial;
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{Role, Slot};
@@ -214,7 +215,7 @@ impl Rates<'_> {
                 for (k, argument) in arguments.iter().enumerate() {
                     let rate = self.real_of(*argument);
                     if !self.graph.is_zero(rate) {
-                        let partial = partial_of_call(self.graph, *function, arguments, Real(index), k);
+                        let partial = partial(self.graph, *function, arguments, Real(index), k);
                         rates.push((Exact::ONE, self.graph.mul(partial, rate)));
                     }
                 }

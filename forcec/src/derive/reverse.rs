@@ -4,7 +4,8 @@
 //! that multiplies its tangent. Where a branch is taken the gradient is formed forward, so that nothing of the branch
 //! that is not taken, not even a NaN, reaches the result.
 
-use crate::derive::forward::{Lie, Turned, Variable, partial_of_call, partial_of_product};
+use crate::derive::forward::{Lie, Turned, Variable, partial_of_product};
+use crate::derive::partials::partial;
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{Role, Slot};
@@ -132,7 +133,7 @@ fn propagate_real(lie: &mut Lie, adjoints: &mut Adjoints, node: Real, adjoint: R
         }
         Node::Call(function, arguments) => {
             for (k, &argument) in arguments.iter().enumerate() {
-                let partial = partial_of_call(&mut lie.graph, function, &arguments, node, k);
+                let partial = partial(&mut lie.graph, function, &arguments, node, k);
                 let share = lie.graph.mul(adjoint, partial);
                 adjoints.real(argument, share);
             }

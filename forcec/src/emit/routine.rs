@@ -6,10 +6,9 @@
 use crate::kernel::Precision;
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
-use crate::math::number::{Arithmetic, Choice};
+use crate::math::number::{Arithmetic, Choice, Comparison};
 use crate::math::special;
 use crate::schedule::{Expression, Name, Statement, Variable};
-use crate::vector::Comparison;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::rc::Rc;

@@ -7,7 +7,7 @@
 //! kernel can tell from the exact one; one whose size is beyond 2^±`RANGE` is no number any more, and nothing that is
 //! computed from it is. So no arithmetic takes long, whatever the source says.
 
-use crate::options::plan::Precision;
+use crate::math::number::Precision;
 use dashu_int::ops::{BitTest, PowerOfTwo};
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;

@@ -7,9 +7,7 @@
 //! spelled as a function of our own, `forcec_…` in C and a bare name in Rust, is defined beside the kernel by
 //! [`special`].
 
-use crate::math::exact::Exact;
 use crate::math::special;
-use crate::vector::{Graph, Real};
 
 /// A function of reals. The families with a number are the derivatives of a function, each its own primitive; out of those
 /// of cos √s and of atan2(√m, w)/√m rotations by a vector and angles of quaternions are made.
@@ -133,10 +131,8 @@ pub struct FunctionRow {
     pub domain: FunctionDomain,
     /// Where the derivative exists.
     pub smooth: FunctionDomain,
-    /// The partial derivative in words, `x`, `y` the arguments and `r` the result; what `derivative` builds.
+    /// The partial derivative in words, `x`, `y` the arguments and `r` the result; `derive/partials.rs` builds it.
     pub formula: &'static str,
-    /// ∂f/∂(argument k), from the arguments and the result.
-    pub derivative: fn(&mut Graph, &[Real], Real, usize) -> Real,
     /// The value.
     pub value: fn(&[f64]) -> f64,
     /// C spelling.
@@ -162,7 +158,7 @@ use FunctionDomain::{Above, All, AtLeast, HalfPlane, NotAllZero, Unit};
 use own::{ACOSH, ASINH, ATANH, ERF, ERF_SLOPE, ERFC, LN_COSH, LOGISTIC, LOGISTIC_SLOPE, SINC, SOFTPLUS};
 
 macro_rules! row {
-    ($name:literal/$arity:literal, $domain:expr, $smooth:expr, $formula:literal, $derivative:expr, $value:expr,
+    ($name:literal/$arity:literal, $domain:expr, $smooth:expr, $formula:literal, $value:expr,
      $c:expr, $rust:expr) => {
         FunctionRow {
             name: $name,
@@ -170,7 +166,6 @@ macro_rules! row {
             domain: $domain,
             smooth: $smooth,
             formula: $formula,
-            derivative: $derivative,
             value: $value,
             c: $c,
             rust: $rust,
@@ -184,253 +179,69 @@ mod own;
 
 static PI: FunctionRow = FunctionRow {
     cost: Cost::Free,
-    ..row!(
-        "PI" / 0,
-        All,
-        All,
-        "0",
-        |g, _, _, _| g.zero(),
-        |_| std::f64::consts::PI,
-        "FORCEC_PI{F}",
-        "core::{p}::consts::PI"
-    )
+    ..row!("PI" / 0, All, All, "0", |_| std::f64::consts::PI, "FORCEC_PI{F}", "core::{p}::consts::PI")
 };
-static ABS: FunctionRow = row!(
-    "abs" / 1,
-    All,
-    NotAllZero,
-    "signum x",
-    |g, x, _, _| g.call(Function::Signum, &[x[0]]),
-    |x| x[0].abs(),
-    "fabs{f}({0})",
-    "{0}.abs()"
-);
+static ABS: FunctionRow =
+    row!("abs" / 1, All, NotAllZero, "signum x", |x| x[0].abs(), "fabs{f}({0})", "{0}.abs()");
 static SQRT: FunctionRow = FunctionRow {
     cost: Cost::Sqrt,
-    ..row!(
-        "sqrt" / 1,
-        AtLeast(0.0),
-        Above(0.0),
-        "1 / (2 r)",
-        |g, _, r, _| {
-            let i = g.powi(r, -1);
-            g.scaled(Exact::ratio(1, 2), i)
-        },
-        |x| x[0].sqrt(),
-        "sqrt{f}({0})",
-        "{0}.sqrt()"
-    )
+    ..row!("sqrt" / 1, AtLeast(0.0), Above(0.0), "1 / (2 r)", |x| x[0].sqrt(), "sqrt{f}({0})", "{0}.sqrt()")
 };
-static CBRT: FunctionRow = row!(
-    "cbrt" / 1,
-    All,
-    NotAllZero,
-    "1 / (3 r²)",
-    |g, _, r, _| {
-        let i = g.powi(r, -2);
-        g.scaled(Exact::ratio(1, 3), i)
-    },
-    |x| x[0].cbrt(),
-    "cbrt{f}({0})",
-    "{0}.cbrt()"
-);
+static CBRT: FunctionRow =
+    row!("cbrt" / 1, All, NotAllZero, "1 / (3 r²)", |x| x[0].cbrt(), "cbrt{f}({0})", "{0}.cbrt()");
 static POWF: FunctionRow = row!(
     "powf" / 2,
     AtLeast(0.0),
     Above(0.0),
     "y powf(x, y − 1), r ln x",
-    |g, x, r, k| {
-        if k == 0 {
-            let one = g.one();
-            let below = g.sub(x[1], one);
-            let power = g.call(Function::Powf, &[x[0], below]);
-            g.mul(x[1], power)
-        } else {
-            let ln = g.call(Function::Ln, &[x[0]]);
-            g.mul(r, ln)
-        }
-    },
     |x| x[0].powf(x[1]),
     "pow{f}({0}, {1})",
     "{p}::powf({0}, {1})"
 );
-static EXP: FunctionRow =
-    row!("exp" / 1, All, All, "r", |_, _, r, _| r, |x| x[0].exp(), "exp{f}({0})", "{0}.exp()");
-static LN: FunctionRow = row!(
-    "ln" / 1,
-    Above(0.0),
-    Above(0.0),
-    "1 / x",
-    |g, x, _, _| g.powi(x[0], -1),
-    |x| x[0].ln(),
-    "log{f}({0})",
-    "{0}.ln()"
-);
+static EXP: FunctionRow = row!("exp" / 1, All, All, "r", |x| x[0].exp(), "exp{f}({0})", "{0}.exp()");
+static LN: FunctionRow =
+    row!("ln" / 1, Above(0.0), Above(0.0), "1 / x", |x| x[0].ln(), "log{f}({0})", "{0}.ln()");
 static LN_1P: FunctionRow = row!(
     "ln_1p" / 1,
     Above(-1.0),
     Above(-1.0),
     "1 / (1 + x)",
-    |g, x, _, _| {
-        let one = g.one();
-        let s = g.add(one, x[0]);
-        g.powi(s, -1)
-    },
     |x| x[0].ln_1p(),
     "log1p{f}({0})",
     "{0}.ln_1p()"
 );
-static EXP_M1: FunctionRow = row!(
-    "exp_m1" / 1,
-    All,
-    All,
-    "exp x",
-    |g, x, _, _| g.call(Function::Exp, &[x[0]]),
-    |x| x[0].exp_m1(),
-    "expm1{f}({0})",
-    "{0}.exp_m1()"
-);
-static SIN: FunctionRow = row!(
-    "sin" / 1,
-    All,
-    All,
-    "cos x",
-    |g, x, _, _| g.call(Function::Cos, &[x[0]]),
-    |x| x[0].sin(),
-    "sin{f}({0})",
-    "{0}.sin()"
-);
-static COS: FunctionRow = row!(
-    "cos" / 1,
-    All,
-    All,
-    "−sin x",
-    |g, x, _, _| {
-        let s = g.call(Function::Sin, &[x[0]]);
-        g.neg(s)
-    },
-    |x| x[0].cos(),
-    "cos{f}({0})",
-    "{0}.cos()"
-);
-static TAN: FunctionRow = row!(
-    "tan" / 1,
-    All,
-    All,
-    "1 + r²",
-    |g, _, r, _| {
-        let one = g.one();
-        let s = g.powi(r, 2);
-        g.add(one, s)
-    },
-    |x| x[0].tan(),
-    "tan{f}({0})",
-    "{0}.tan()"
-);
-/// √((1 − x)(1 + x)): keeps its digits near ±1 where 1 − x² loses them.
-fn cosine_of_asin(g: &mut Graph, x: Real) -> Real {
-    let one = g.one();
-    let (below, above) = (g.sub(one, x), g.add(one, x));
-    let product = g.mul(below, above);
-    g.call(Function::Sqrt, &[product])
-}
-static ASIN: FunctionRow = row!(
-    "asin" / 1,
-    Unit,
-    Unit,
-    "1 / √((1 − x)(1 + x))",
-    |g, x, _, _| {
-        let c = cosine_of_asin(g, x[0]);
-        g.powi(c, -1)
-    },
-    |x| x[0].asin(),
-    "asin{f}({0})",
-    "{0}.asin()"
-);
-static ACOS: FunctionRow = row!(
-    "acos" / 1,
-    Unit,
-    Unit,
-    "−1 / √((1 − x)(1 + x))",
-    |g, x, _, _| {
-        let c = cosine_of_asin(g, x[0]);
-        let i = g.powi(c, -1);
-        g.neg(i)
-    },
-    |x| x[0].acos(),
-    "acos{f}({0})",
-    "{0}.acos()"
-);
-static ATAN: FunctionRow = row!(
-    "atan" / 1,
-    All,
-    All,
-    "1 / (1 + x²)",
-    |g, x, _, _| {
-        let one = g.one();
-        let s = g.powi(x[0], 2);
-        let d = g.add(one, s);
-        g.powi(d, -1)
-    },
-    |x| x[0].atan(),
-    "atan{f}({0})",
-    "{0}.atan()"
-);
+static EXP_M1: FunctionRow =
+    row!("exp_m1" / 1, All, All, "exp x", |x| x[0].exp_m1(), "expm1{f}({0})", "{0}.exp_m1()");
+static SIN: FunctionRow = row!("sin" / 1, All, All, "cos x", |x| x[0].sin(), "sin{f}({0})", "{0}.sin()");
+static COS: FunctionRow = row!("cos" / 1, All, All, "−sin x", |x| x[0].cos(), "cos{f}({0})", "{0}.cos()");
+static TAN: FunctionRow = row!("tan" / 1, All, All, "1 + r²", |x| x[0].tan(), "tan{f}({0})", "{0}.tan()");
+static ASIN: FunctionRow =
+    row!("asin" / 1, Unit, Unit, "1 / √((1 − x)(1 + x))", |x| x[0].asin(), "asin{f}({0})", "{0}.asin()");
+static ACOS: FunctionRow =
+    row!("acos" / 1, Unit, Unit, "−1 / √((1 − x)(1 + x))", |x| x[0].acos(), "acos{f}({0})", "{0}.acos()");
+static ATAN: FunctionRow =
+    row!("atan" / 1, All, All, "1 / (1 + x²)", |x| x[0].atan(), "atan{f}({0})", "{0}.atan()");
 static ATAN2: FunctionRow = row!(
     "atan2" / 2,
     NotAllZero,
     NotAllZero,
     "y / (x² + y²), −x / (x² + y²)",
-    |g, x, _, k| {
-        let squares = [g.powi(x[0], 2), g.powi(x[1], 2)];
-        let norm = g.add(squares[0], squares[1]);
-        let quotient = g.div(x[1 - k], norm);
-        if k == 0 { quotient } else { g.neg(quotient) }
-    },
     |x| x[0].atan2(x[1]),
     "atan2{f}({0}, {1})",
     "{p}::atan2({0}, {1})"
 );
-static SINH: FunctionRow = row!(
-    "sinh" / 1,
-    All,
-    All,
-    "cosh x",
-    |g, x, _, _| g.call(Function::Cosh, &[x[0]]),
-    |x| x[0].sinh(),
-    "sinh{f}({0})",
-    "{0}.sinh()"
-);
-static COSH: FunctionRow = row!(
-    "cosh" / 1,
-    All,
-    All,
-    "sinh x",
-    |g, x, _, _| g.call(Function::Sinh, &[x[0]]),
-    |x| x[0].cosh(),
-    "cosh{f}({0})",
-    "{0}.cosh()"
-);
-static TANH: FunctionRow = row!(
-    "tanh" / 1,
-    All,
-    All,
-    "1 / cosh² x",
-    |g, x, _, _| {
-        let c = g.call(Function::Cosh, &[x[0]]);
-        g.powi(c, -2)
-    },
-    |x| x[0].tanh(),
-    "tanh{f}({0})",
-    "{0}.tanh()"
-);
+static SINH: FunctionRow =
+    row!("sinh" / 1, All, All, "cosh x", |x| x[0].sinh(), "sinh{f}({0})", "{0}.sinh()");
+static COSH: FunctionRow =
+    row!("cosh" / 1, All, All, "sinh x", |x| x[0].cosh(), "cosh{f}({0})", "{0}.cosh()");
+static TANH: FunctionRow =
+    row!("tanh" / 1, All, All, "1 / cosh² x", |x| x[0].tanh(), "tanh{f}({0})", "{0}.tanh()");
 
 static HYPOT: FunctionRow = row!(
     "hypot" / 2,
     All,
     NotAllZero,
     "x / r, y / r",
-    |g, x, _, k| g.call(Function::HypotSlope, &[x[k], x[1 - k]]),
     |x| x[0].hypot(x[1]),
     "hypot{f}({0}, {1})",
     "{p}::hypot({0}, {1})"
@@ -442,31 +253,15 @@ static HYPOT_SLOPE: FunctionRow = row!(
     NotAllZero,
     NotAllZero,
     "(y/h)² / h, −r (y/h) / h with h = hypot(x, y)",
-    |g, x, r, k| {
-        let across = g.call(Function::HypotSlope, &[x[1], x[0]]);
-        let length = g.call(Function::Hypot, &[x[0], x[1]]);
-        let (first, sign) = if k == 0 { (across, 1) } else { (r, -1) };
-        let product = g.mul(first, across);
-        let quotient = g.div(product, length);
-        g.scaled(Exact::from(sign), quotient)
-    },
     |x| x[0] / x[0].hypot(x[1]),
     "({0} / hypot{f}({0}, {1}))",
     "({0} / {p}::hypot({0}, {1}))"
 );
-/// 1 where argument k is the one returned, else 0.
-fn chosen(g: &mut Graph, x: &[Real], k: usize, first: bool) -> Real {
-    let (zero, one) = (g.zero(), g.one());
-    let (on, off) = if k == 0 { (one, zero) } else { (zero, one) };
-    let takes_first = if first { g.less(x[0], x[1]) } else { g.less(x[1], x[0]) };
-    g.select(takes_first, on, off)
-}
 static MIN: FunctionRow = row!(
     "min" / 2,
     All,
     All,
     "x < y ? 1 : 0, x < y ? 0 : 1",
-    |g, x, _, k| chosen(g, x, k, true),
     |x| x[0].min(x[1]),
     "forcec_min_{p}({0}, {1})",
     "{p}::min({0}, {1})"
@@ -476,21 +271,12 @@ static MAX: FunctionRow = row!(
     All,
     All,
     "y < x ? 1 : 0, y < x ? 0 : 1",
-    |g, x, _, k| chosen(g, x, k, false),
     |x| x[0].max(x[1]),
     "forcec_max_{p}({0}, {1})",
     "{p}::max({0}, {1})"
 );
-static SIGNUM: FunctionRow = row!(
-    "signum" / 1,
-    All,
-    NotAllZero,
-    "0",
-    |g, _, _, _| g.zero(),
-    |x| x[0].signum(),
-    "copysign{f}(1.0{f}, {0})",
-    "{0}.signum()"
-);
+static SIGNUM: FunctionRow =
+    row!("signum" / 1, All, NotAllZero, "0", |x| x[0].signum(), "copysign{f}(1.0{f}, {0})", "{0}.signum()");
 
 macro_rules! cos_sqrt {
     ($n:literal) => {
@@ -499,7 +285,6 @@ macro_rules! cos_sqrt {
             AtLeast(0.0),
             AtLeast(0.0),
             "the next of the family",
-            |g, x, _, _| g.call(Function::CosSqrt($n + 1), &[x[0]]),
             |x| special::cos_sqrt($n, x[0]),
             "forcec_cos_sqrt_{n}_{p}({0})",
             "cos_sqrt_{n}({0})"
@@ -515,16 +300,6 @@ macro_rules! angle_ratio {
             HalfPlane,
             HalfPlane,
             "the next of the family, (−1)ⁿ⁺¹ n! / (m + w²)ⁿ⁺¹",
-            |g, x, _, k| {
-                if k == 0 {
-                    return g.call(Function::AngleRatio($n + 1), x);
-                }
-                let square = g.powi(x[1], 2);
-                let norm = g.add(x[0], square);
-                let power = g.powi(norm, -1 - $n);
-                let factorial = [1, 1, 2, 6, 24][$n];
-                g.scaled(Exact::from(if $n % 2 == 0 { -factorial } else { factorial }), power)
-            },
             |x| special::angle_ratio($n, x[0], x[1]),
             "forcec_angle_ratio_{n}_{p}({0}, {1})",
             "angle_ratio_{n}({0}, {1})"

@@ -6,8 +6,47 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
-use crate::vector::Comparison;
+use std::fmt;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// How two reals are compared.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Comparison {
+    /// <
+    Less,
+    /// ≤
+    LessEqual,
+    /// =
+    Equal,
+}
+
+/// A floating point format.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Precision {
+    /// Doubles.
+    F64,
+    /// Floats.
+    F32,
+}
+
+impl Precision {
+    /// Both.
+    pub const ALL: [Precision; 2] = [Precision::F64, Precision::F32];
+
+    /// Its name, which is Rust's and the suffix of C names.
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::F64 => "f64",
+            Precision::F32 => "f32",
+        }
+    }
+}
+
+impl fmt::Display for Precision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
 
 /// What can be computed with.
 pub trait Arithmetic:

@@ -7,8 +7,7 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
-use crate::math::number::{Arithmetic, Choice, Number};
-use crate::vector::Comparison;
+use crate::math::number::{Arithmetic, Choice, Comparison, Number};
 use std::sync::OnceLock;
 
 /// A function that is defined by its code: its value by that code; `None` for those that all libraries have, and for the

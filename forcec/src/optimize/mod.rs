@@ -15,7 +15,7 @@ pub mod search;
 pub mod spread;
 
 use crate::derive::Derived;
-use crate::options::plan::{Mode, Plan};
+use crate::options::plan::{Effort, Mode, Plan};
 use crate::scalar::{Program, Step};
 use crate::vector::definition::Definition;
 use crate::vector::{FORMULATIONS, Formulation};
@@ -52,6 +52,29 @@ enum Work {
     Rewrite(fn(&mut Network)),
     /// Searches for so many rounds, of which so many in a row may bring nothing; free of names.
     Search(fn(&mut Network, (usize, usize), bool)),
+}
+
+impl Effort {
+    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest; and how many of
+    /// them in a row may bring nothing.
+    fn rounds(self, operations: usize) -> (usize, usize) {
+        let (most, budget, patience) = match self {
+            Effort::Quick => (0, 0, 0),
+            Effort::Default => (24, 12_000, 8),
+            Effort::Max => (500, 400_000, 250),
+        };
+        (most.min(budget / operations.max(1)), patience)
+    }
+
+    /// How many formulations to try for a kernel of so many operations; the first is always tried.
+    fn formulations(self, operations: usize) -> usize {
+        let budget = match self {
+            Effort::Quick => 0,
+            Effort::Default => 6_000,
+            Effort::Max => 100_000,
+        };
+        (budget / operations.max(1)).clamp(1, FORMULATIONS.len())
+    }
 }
 
 /// A pass of the optimiser.

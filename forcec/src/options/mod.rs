@@ -8,9 +8,10 @@ pub mod plan;
 pub mod specialize;
 
 use crate::layout::{LANES, Layout};
+use crate::math::number::Precision;
 use crate::model::outputs::Part;
 use crate::names::Target;
-use crate::options::plan::{Effort, Mode, Plan, Precision};
+use crate::options::plan::{Effort, Mode, Plan};
 use crate::options::specialize::Specialization;
 use crate::source::suggest;
 

@@ -1,8 +1,5 @@
 //! How a kernel is to be made: how long to look for fewer operations, and what may be done to rounding for them.
 
-use crate::vector::FORMULATIONS;
-use std::fmt;
-
 /// How long to look for fewer operations.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub enum Effort {
@@ -19,27 +16,6 @@ impl Effort {
     /// All of them, the least first, by name.
     pub const ALL: [(&'static str, Effort); 3] =
         [("quick", Effort::Quick), ("default", Effort::Default), ("max", Effort::Max)];
-
-    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest; and how many of
-    /// them in a row may bring nothing.
-    pub(crate) fn rounds(self, operations: usize) -> (usize, usize) {
-        let (most, budget, patience) = match self {
-            Effort::Quick => (0, 0, 0),
-            Effort::Default => (24, 12_000, 8),
-            Effort::Max => (500, 400_000, 250),
-        };
-        (most.min(budget / operations.max(1)), patience)
-    }
-
-    /// How many formulations to try for a kernel of so many operations; the first is always tried.
-    pub(crate) fn formulations(self, operations: usize) -> usize {
-        let budget = match self {
-            Effort::Quick => 0,
-            Effort::Default => 6_000,
-            Effort::Max => 100_000,
-        };
-        (budget / operations.max(1)).clamp(1, FORMULATIONS.len())
-    }
 }
 
 /// What a kernel may do to rounding.
@@ -94,34 +70,6 @@ impl Mode {
     }
 }
 
-/// A floating point format.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Precision {
-    /// Doubles.
-    F64,
-    /// Floats.
-    F32,
-}
-
-impl Precision {
-    /// Both.
-    pub const ALL: [Precision; 2] = [Precision::F64, Precision::F32];
-
-    /// Its name, which is Rust's and the suffix of C names.
-    pub fn name(self) -> &'static str {
-        match self {
-            Precision::F64 => "f64",
-            Precision::F32 => "f32",
-        }
-    }
-}
-
-impl fmt::Display for Precision {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
 /// How to make a kernel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Plan {
@@ -131,7 +79,7 @@ pub struct Plan {
     pub mode: Mode,
     /// Whether products that are added are written as fused multiplications and additions.
     pub fma: bool,
-    /// Which of the passes of [`crate::optimize::PASSES`] run, a bit each.
+    /// Which of the passes of the optimiser run, a bit each.
     pub passes: u32,
 }
 

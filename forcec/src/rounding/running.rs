@@ -9,9 +9,8 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
-use crate::math::number::{Arithmetic, Number};
+use crate::math::number::{Arithmetic, Comparison, Number};
 use crate::rounding::functions;
-use crate::vector::Comparison;
 use std::cell::Cell;
 use std::marker::PhantomData;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -10,9 +10,9 @@ pub mod valuation;
 
 use crate::math::exact::{self, Exact};
 use crate::math::functions::{Cost, Function, Operator};
+use crate::math::number::Comparison;
 use crate::model::bodies::{Signature, Slot};
 use crate::model::outputs::{self, Array, Output, Part};
-use crate::vector::Comparison;
 use indexmap::IndexSet;
 use rustc_hash::FxBuildHasher;
 use smallvec::{SmallVec, smallvec};

@@ -5,9 +5,9 @@
 //! source says; where zero is a factor beside what may be no number either, it goes on and says so in its outputs.
 
 use crate::math::functions::Function;
+use crate::math::number::Comparison;
 use crate::schedule::items::{Edge, Item, ItemId, Items};
 use crate::schedule::sections;
-use crate::vector::Comparison;
 
 /// Comparisons beyond these are not looked at.
 const MOST: usize = 32;

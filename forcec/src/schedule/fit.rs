@@ -5,7 +5,7 @@
 //! leaves the range before the product does.
 
 use crate::math::exact::Exact;
-use crate::options::plan::Precision;
+use crate::math::number::Precision;
 use crate::schedule::{Expression, Schedule, Statement};
 
 impl Schedule {

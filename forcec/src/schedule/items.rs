@@ -7,13 +7,13 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::{Cost, Function, Operator};
+use crate::math::number::Comparison;
 use crate::model::bodies::{Signature, Slot};
 use crate::model::outputs::{Array, Output, Part};
 use crate::scalar::valuation::Valuation;
 use crate::scalar::{Id, Node, Program};
 use crate::schedule::Style;
 use crate::schedule::doubled::Pair;
-use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
 use smallvec::SmallVec;
 

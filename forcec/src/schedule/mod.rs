@@ -19,11 +19,11 @@ mod wrap;
 
 use crate::math::exact::Exact;
 use crate::math::functions::{Cost, Function};
+use crate::math::number::Comparison;
 use crate::math::special;
 use crate::model::bodies::{Signature, Slot};
 pub use crate::model::outputs::{Output, Part};
 use crate::scalar::{Operations, Program};
-use crate::vector::Comparison;
 use std::fmt;
 use std::ops::Range;
 

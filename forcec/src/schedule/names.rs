@@ -6,11 +6,11 @@
 //! that an edit elsewhere in the source renames nothing here.
 
 use crate::math::exact::Exact;
+use crate::math::number::Comparison;
 use crate::model::bodies::{Role, Signature, Slot};
 use crate::model::outputs::Output;
 use crate::names::{Arguments, Target, is_no_local, spelled};
 use crate::schedule::items::{Edge, Item, ItemId, Items};
-use crate::vector::Comparison;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// The longest name of a temporary; a longer one loses its middle.

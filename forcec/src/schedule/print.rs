@@ -5,10 +5,10 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
+use crate::math::number::Comparison;
 use crate::model::bodies::{Signature, Slot};
 use crate::model::outputs::spans;
 use crate::schedule::{Expression, Output, Part, Statement, Variable};
-use crate::vector::Comparison;
 use std::ops::Range;
 
 /// How a language spells what statements are made of.

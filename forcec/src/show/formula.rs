@@ -6,8 +6,9 @@
 use crate::derive::block::Matrix;
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
+use crate::math::number::Comparison;
 use crate::model::bodies::{Role, Slot};
-use crate::vector::{Comparison, Graph, Node, Vector};
+use crate::vector::{Graph, Node, Vector};
 use std::collections::BTreeMap;
 
 /// How a formula is spelled.

@@ -1,8 +1,7 @@
 //! Types as they are written: `&T` is `T`, everything else is a name, a tuple or an array.
 
 use crate::source::span::Span;
-use crate::syntax::ast::ExprKind;
-use crate::syntax::ast::{Type, TypeKind};
+use crate::syntax::ast::{ExprKind, Type, TypeKind};
 use crate::syntax::reader::Reader;
 
 /// What nalgebra and Rust call our types.

@@ -20,6 +20,7 @@ mod vectors;
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
+use crate::math::number::Comparison;
 use crate::model::bodies::{Signature, Slot};
 use indexmap::IndexSet;
 use rustc_hash::{FxBuildHasher, FxHashMap};
@@ -60,17 +61,6 @@ id!(/// A vector-valued node.
     Vector, "v");
 id!(/// A truth-valued node.
     Truth, "b");
-
-/// How two reals are compared.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Comparison {
-    /// <
-    Less,
-    /// ≤
-    LessEqual,
-    /// =
-    Equal,
-}
 
 /// A product of stored unit quaternions, left to right, each inverted or not.
 pub type Turn = Box<[(Slot, bool)]>;

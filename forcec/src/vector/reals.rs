@@ -6,8 +6,7 @@
 use crate::math::exact::{Exact, collect};
 use crate::math::functions::Function;
 use crate::model::bodies::Slot;
-use crate::vector::identities;
-use crate::vector::{Graph, LONGEST_SUM, Node, Real, Truth};
+use crate::vector::{Graph, LONGEST_SUM, Node, Real, Truth, identities};
 use std::collections::BTreeMap;
 
 /// A product of more factors is a factor itself where it is multiplied: the derivative of a chain stays linear.

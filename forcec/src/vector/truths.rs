@@ -1,6 +1,7 @@
 //! Truths: comparisons and what joins them, decided where both sides are numbers.
 
-use crate::vector::{Comparison, Graph, Node, Real, Truth};
+use crate::math::number::Comparison;
+use crate::vector::{Graph, Node, Real, Truth};
 
 impl Graph {
     /// A known truth.

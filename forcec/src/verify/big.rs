@@ -6,8 +6,7 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
-use crate::math::number::{Arithmetic, Number};
-use crate::vector::Comparison;
+use crate::math::number::{Arithmetic, Comparison, Number};
 use astro_float_num::{BigFloat, Consts, INF_NEG, INF_POS, NAN, Radix, RoundingMode, Sign};
 use std::cell::RefCell;
 use std::cmp::Ordering;

@@ -7,8 +7,7 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
-use crate::math::number::{Arithmetic, Number};
-use crate::vector::Comparison;
+use crate::math::number::{Arithmetic, Comparison, Number};
 use crate::verify::big::Big;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -8,9 +8,9 @@
 //! the rule seems broken, the error of the text is the largest at the state and at a few states beside it, infinite where
 //! the text is.
 
+use crate::math::number::Precision;
 use crate::model::bodies::Slot;
 use crate::model::outputs::{Array, Axis, Output, Part, spans};
-use crate::options::plan::Precision;
 use crate::sample::inputs::Places;
 use crate::sample::states::{Family, Random, State};
 use crate::scalar::Id;

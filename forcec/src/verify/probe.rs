@@ -3,16 +3,14 @@
 //! In: a force function and its program, or a row of the function table. Out: states from the check's own generator, and
 //! what the mathematics gives there, rounded once to doubles. A check is [`crate::verify::check`]; a probe judges nothing.
 
+use crate::derive::partials::partial;
 use crate::math::functions::Function;
-use crate::math::number::Arithmetic;
+use crate::math::number::{Arithmetic, Precision};
 use crate::model::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
 use crate::model::outputs::Part;
-use crate::options::plan::Precision;
-use crate::sample::inputs::Inputs;
-use crate::sample::inputs::Places;
+use crate::sample::inputs::{Inputs, Places};
 use crate::sample::states::{Family, Random, State, draw, seed};
-use crate::scalar::Id;
-use crate::scalar::eval;
+use crate::scalar::{Id, eval};
 use crate::vector::Graph;
 use crate::vector::definition::Definition;
 use crate::verify::Subject;
@@ -179,7 +177,7 @@ pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();
     let result = graph.call(function, &x);
     let formulas: Vec<usize> =
-        (0..row.arity).map(|k| (row.derivative)(&mut graph, &x, result, k).index()).collect();
+        (0..row.arity).map(|k| partial(&mut graph, function, &x, result, k).index()).collect();
     let source: Source<Big> = Source::new(&graph, &places, formulas.iter().copied());
     let point: Vec<Big> = arguments.iter().map(|x| Big::from_f64(*x)).collect();
     let values = source.evaluate(&point);

@@ -3,8 +3,8 @@
 //! In: reports. Out: one line a kernel with its worst errors, and below it, where a check fails, what failed, by how much,
 //! and the state that shows it; or one JSON object.
 
+use crate::math::number::Precision;
 use crate::model::outputs::{PARTS, Part};
-use crate::options::plan::Precision;
 use crate::sample::inputs::Inputs;
 use crate::sample::states::Family;
 use crate::verify::report::{Comparison, Entry, Invariant, Report, TextComparison, TextEntry, Verdict};

@@ -1,7 +1,7 @@
 //! What a check found, as a value.
 
+use crate::math::number::Precision;
 use crate::model::outputs::Part;
-use crate::options::plan::Precision;
 use crate::sample::inputs::Inputs;
 use crate::sample::states::Family;
 use crate::source::span::Span;

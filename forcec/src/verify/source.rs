@@ -6,10 +6,10 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::{Function, FunctionDomain};
-use crate::math::number::Number;
+use crate::math::number::{Comparison, Number};
 use crate::model::bodies::Slot;
 use crate::sample::inputs::Places;
-use crate::vector::{Comparison, Graph, Node, Real};
+use crate::vector::{Graph, Node, Real};
 use std::cmp::Ordering;
 
 /// What a node is worth.

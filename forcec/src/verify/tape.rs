@@ -4,13 +4,15 @@
 //! first-order analysis of every addition, multiplication, division and call from inputs whose own errors are given.
 //! The bound holds for the additions of a sum and the factors of a product in any order.
 
+use crate::derive::partials::partial;
 use crate::math::exact::Exact;
 use crate::math::functions::{Function, Operator};
+use crate::math::number::Comparison;
 use crate::math::special;
 use crate::model::bodies::{Domain, Parameter, ParameterType, Signature};
 use crate::sample::inputs::Places;
 use crate::scalar::{Id, Node, Program};
-use crate::vector::{Comparison, Graph};
+use crate::vector::Graph;
 use crate::verify::source::Source;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -557,7 +559,7 @@ impl Partials {
         let x: Vec<_> = (0..row.arity).map(|k| graph.entry(signature.parameter_slot(k, 0))).collect();
         let result = graph.call(function, &x);
         let derivatives =
-            (0..row.arity).map(|k| (row.derivative)(&mut graph, &x, result, k).index()).collect();
+            (0..row.arity).map(|k| partial(&mut graph, function, &x, result, k).index()).collect();
         Partials { function, layout: Places::new(&signature), graph, derivatives }
     }
 

@@ -5,10 +5,10 @@
 //! their definitions. Bodies move as the definition says: x ← x + δx, q ← exp(δθ/2) q. Nothing is shared with derivation
 //! or optimisation. What this evaluation loses to rounding is the measure of what a kernel may lose.
 
+use crate::math::number::Comparison;
 use crate::model::bodies::Role;
 use crate::model::outputs::Part;
 use crate::sample::inputs::{Coordinate, Places};
-use crate::vector::Comparison;
 use crate::vector::definition::Definition;
 use crate::verify::dual::{Dual, Scalar};
 use crate::verify::oracle::{Output, Statement, field_bits};

@@ -2,10 +2,10 @@
 
 use forcec::math::exact::Exact;
 use forcec::math::functions::Function;
+use forcec::math::number::Comparison;
 use forcec::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
 use forcec::model::outputs::{Output, Part};
 use forcec::scalar::{Graph, Id, Program};
-use forcec::vector::Comparison;
 
 fn body(name: &str, kind: BodyKind) -> Body {
     Body { name: name.to_owned(), kind, fixed: false }

@@ -1,10 +1,10 @@
 //! Values of graphs at made-up arguments: whether what was simplified still means what was written.
 
 use super::{accepted, compile};
-use forcec::Specialization;
-use forcec::check;
+use forcec::math::number::Comparison;
 use forcec::vector::definition::{Definition, Law, Row};
-use forcec::vector::{Comparison, Graph, Node};
+use forcec::vector::{Graph, Node};
+use forcec::{Specialization, check};
 
 /// A number between −1 and 1 that depends on its place only.
 fn noise(seed: u64) -> f64 {

@@ -6,10 +6,11 @@
 use crate::check::singular::ranges::{Interval, Ranges};
 use crate::math::exact::Exact;
 use crate::math::functions::{Function, FunctionDomain};
+use crate::math::number::Comparison;
 use crate::source::diagnostic::{Diagnostic, Lint};
 use crate::source::span::Span;
 use crate::vector::definition::Singular;
-use crate::vector::{Comparison, Graph, Node, Real, Truth};
+use crate::vector::{Graph, Node, Real, Truth};
 
 /// A place where a formula can be singular.
 #[derive(Clone, Debug)]

@@ -20,9 +20,8 @@ use crate::model::bodies::{BODIES, Parameter, ParameterType, Signature};
 use crate::model::outputs::Part;
 use crate::names::{Arguments, Target, kernel_name};
 use crate::rounding::rounding;
-use crate::schedule::Statement;
-use crate::schedule::print;
 use crate::schedule::sections::Section;
+use crate::schedule::{Statement, print};
 use dialect::{C, literal};
 use std::f64::consts::PI;
 

@@ -1,20 +1,18 @@
 //! Rows of functions whose code is our own: printed beside the kernel where a target lacks them, and run for their value.
 
-use crate::math::exact::Exact;
 use crate::math::functions::FunctionDomain::{Above, All, AtLeast, Inside};
 use crate::math::functions::{Cost, Function, FunctionRow};
 use crate::math::special;
 
 /// A row whose value is computed by the code that is printed for it.
 macro_rules! own {
-    ($function:expr, $name:literal, $domain:expr, $smooth:expr, $formula:literal, $derivative:expr,
+    ($function:expr, $name:literal, $domain:expr, $smooth:expr, $formula:literal,
      $c:expr, $rust:expr) => {
         row!(
             $name / 1,
             $domain,
             $smooth,
             $formula,
-            $derivative,
             |x| special::evaluate($function, x).expect("defined by its code"),
             $c,
             $rust
@@ -43,16 +41,7 @@ macro_rules! orders {
         )
     };
     ($function:ident, $n:literal, $name:literal, $domain:expr, $smooth:expr, $c:expr, $rust:expr) => {
-        own!(
-            Function::$function($n),
-            $name,
-            $domain,
-            $smooth,
-            "the next of the family",
-            |g, x, _, _| g.call(Function::$function($n + 1), &[x[0]]),
-            $c,
-            $rust
-        )
+        own!(Function::$function($n), $name, $domain, $smooth, "the next of the family", $c, $rust)
     };
 }
 pub(crate) static ASINH: [FunctionRow; 4] = orders!(Asinh, "asinh", All, All, "asinh{f}({0})", "asinh({0})");
@@ -62,49 +51,18 @@ pub(crate) static ATANH: [FunctionRow; 4] =
     orders!(Atanh, "atanh", Inside, Inside, "atanh{f}({0})", "atanh({0})");
 pub(crate) static SINC: [FunctionRow; 4] =
     orders!(Sinc, "sinc", All, All, "forcec_sinc_{p}({0})", "sinc({0})");
-pub(crate) static ERF: FunctionRow = own!(
-    Function::Erf,
-    "erf",
-    All,
-    All,
-    "2/√π exp(−x²)",
-    |g, x, _, _| g.call(Function::ErfSlope, &[x[0]]),
-    "erf{f}({0})",
-    "erf({0})"
-);
-pub(crate) static ERFC: FunctionRow = own!(
-    Function::Erfc,
-    "erfc",
-    All,
-    All,
-    "−2/√π exp(−x²)",
-    |g, x, _, _| {
-        let slope = g.call(Function::ErfSlope, &[x[0]]);
-        g.neg(slope)
-    },
-    "erfc{f}({0})",
-    "erfc({0})"
-);
-pub(crate) static ERF_SLOPE: FunctionRow = own!(
-    Function::ErfSlope,
-    "erf_slope",
-    All,
-    All,
-    "−2 x r",
-    |g, x, r, _| {
-        let product = g.mul(x[0], r);
-        g.scaled(Exact::from(-2), product)
-    },
-    "forcec_erf_slope_{p}({0})",
-    "erf_slope({0})"
-);
+pub(crate) static ERF: FunctionRow =
+    own!(Function::Erf, "erf", All, All, "2/√π exp(−x²)", "erf{f}({0})", "erf({0})");
+pub(crate) static ERFC: FunctionRow =
+    own!(Function::Erfc, "erfc", All, All, "−2/√π exp(−x²)", "erfc{f}({0})", "erfc({0})");
+pub(crate) static ERF_SLOPE: FunctionRow =
+    own!(Function::ErfSlope, "erf_slope", All, All, "−2 x r", "forcec_erf_slope_{p}({0})", "erf_slope({0})");
 pub(crate) static LOGISTIC: FunctionRow = own!(
     Function::Logistic,
     "logistic",
     All,
     All,
     "exp x / (1 + exp x)²",
-    |g, x, _, _| g.call(Function::LogisticSlope, &[x[0]]),
     "forcec_logistic_{p}({0})",
     "logistic({0})"
 );
@@ -114,12 +72,6 @@ pub(crate) static LOGISTIC_SLOPE: FunctionRow = own!(
     All,
     All,
     "−r tanh(x/2)",
-    |g, x, r, _| {
-        let half = g.scaled(Exact::ratio(1, 2), x[0]);
-        let tangent = g.call(Function::Tanh, &[half]);
-        let product = g.mul(r, tangent);
-        g.neg(product)
-    },
     "forcec_logistic_slope_{p}({0})",
     "logistic_slope({0})"
 );
@@ -129,17 +81,8 @@ pub(crate) static SOFTPLUS: FunctionRow = own!(
     All,
     All,
     "1 / (1 + exp(−x))",
-    |g, x, _, _| g.call(Function::Logistic, &[x[0]]),
     "forcec_softplus_{p}({0})",
     "softplus({0})"
 );
-pub(crate) static LN_COSH: FunctionRow = own!(
-    Function::LnCosh,
-    "ln_cosh",
-    All,
-    All,
-    "tanh x",
-    |g, x, _, _| g.call(Function::Tanh, &[x[0]]),
-    "forcec_ln_cosh_{p}({0})",
-    "ln_cosh({0})"
-);
+pub(crate) static LN_COSH: FunctionRow =
+    own!(Function::LnCosh, "ln_cosh", All, All, "tanh x", "forcec_ln_cosh_{p}({0})", "ln_cosh({0})");

@@ -4,7 +4,8 @@
 //! branch, then its own; and those that keep the point where every formula has its derivative.
 
 use crate::math::functions::{Function, FunctionDomain};
-use crate::vector::{Comparison, Node, Truth};
+use crate::math::number::Comparison;
+use crate::vector::{Node, Truth};
 use crate::verify::search::{Decider, Routes, Search, Term, Want, Wish};
 use crate::verify::source::Values;
 
