@@ -183,3 +183,38 @@ fn inputs_and_numbers_are_pinned() {
         });
     }
 }
+
+/// Of a corner of a cube with edges s: ∂E/∂x₁ = 1/s, and F falls by 1/s² as the edge grows.
+#[test]
+fn products_stay_in_range_where_positions_meet() {
+    modes(|mode| {
+        for exponent in [-24, -10, 0, 10] {
+            let s = 2f64.powi(exponent);
+            let corner = [[0.0; 3], [s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]];
+            let mut inputs = corner.map(particle).concat();
+            inputs.push(1.0);
+            for (precision, error, (force, dfdx)) in both(&case("small_volume", mode)[0], &inputs) {
+                let place = format!("{mode:?} {precision} s = {s:e}");
+                assert!(near(force[3], -1.0 / s, error), "{place}: {}", force[3]);
+                assert!(near(dfdx[3 * 12 + 3], 1.0 / s / s, error), "{place}: {}", dfdx[3 * 12 + 3]);
+                assert!(dfdx.iter().all(|x| x.is_finite()), "{place}: {dfdx:?}");
+            }
+        }
+    });
+}
+
+/// ∂²/∂y² hypot(y, k) = k²/r³, of which a quotient's derivative, 1/r − y²/r³, keeps nothing where y is large.
+#[test]
+fn the_curvature_of_a_hypotenuse_does_not_cancel() {
+    modes(|mode| {
+        let functions = case("methods_of_parameters", mode);
+        let function = functions.iter().find(|f| f.definition.name == "g").expect("a case");
+        for (y, k) in [(3e6, 0.25), (-40.0, 0.5), (0.0, 2.0)] {
+            let inputs = [particle([0.0, y, 0.0]), vec![k]].concat();
+            let right = -k * k / f64::hypot(y, k).powi(3);
+            for (precision, error, (_, dfdx)) in both(function, &inputs) {
+                assert!(near(dfdx[4], right, 2.0 * error), "{mode:?} {precision} {y}: {} {right}", dfdx[4]);
+            }
+        }
+    });
+}

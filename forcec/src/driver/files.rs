@@ -336,7 +336,7 @@ pub(crate) struct Output {
 
 /// `mod.rs`, which names the Rust files beside it; an error for each that Rust has no module for.
 pub(crate) fn modules(folder: &Path, outputs: &[Output]) -> Result<Output, BuildError> {
-    let mut text = format!("// {}the files beside it; the code is yours.\n", emit::MADE);
+    let mut text = format!("// {}the files in this folder{}\n", emit::MADE, emit::NO_EDIT);
     let mut errors = Vec::new();
     for path in
         outputs.iter().map(|output| &output.path).filter(|path| path.extension() == Some("rs".as_ref()))

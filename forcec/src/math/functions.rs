@@ -309,8 +309,8 @@ macro_rules! angle_ratio {
 static ANGLE_RATIO: [FunctionRow; 4] = [angle_ratio!(0), angle_ratio!(1), angle_ratio!(2), angle_ratio!(3)];
 
 impl Function {
-    /// Every function, the families up to the order that forces and their derivatives reach.
-    pub const ALL: [Function; 50] = [
+    /// Every function that kernels call, the families up to the order that forces and their derivatives reach.
+    pub const ALL: [Function; 49] = [
         Function::Pi,
         Function::Abs,
         Function::Sqrt,
@@ -350,7 +350,6 @@ impl Function {
         Function::Softplus,
         Function::LnCosh,
         Function::Hypot,
-        Function::HypotSlope,
         Function::Min,
         Function::Max,
         Function::Signum,

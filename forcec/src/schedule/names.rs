@@ -193,6 +193,20 @@ impl Told {
     }
 }
 
+/// The name of a product of two entries of one quaternion, `a_q_xy`.
+fn quaternion_product(signature: &Signature, items: &Items, x: ItemId, y: ItemId) -> Option<String> {
+    let [&Item::Input(first), &Item::Input(second)] = [x, y].map(|id| &items.items[id as usize]) else {
+        return None;
+    };
+    let is_quaternion = signature.role(first) == Some(Role::Orientation);
+    let (first, second) = if first.offset <= second.offset { (first, second) } else { (second, first) };
+    if !is_quaternion || (first.argument, first.field) != (second.argument, second.field) {
+        return None;
+    }
+    let second = slot_name(signature, second);
+    Some(slot_name(signature, first) + second.rsplit('_').next().unwrap_or_default())
+}
+
 /// What an item is made of, in a word, if that is short.
 fn told(
     signature: &Signature,
@@ -230,7 +244,10 @@ fn told(
             ([x, y], []) => match &items.items[*x as usize] {
                 Item::Number(number) if *number == Exact::from(2) => Told::plain("two_").then(base(*y)?),
                 Item::Number(number) if *number == Exact::ratio(1, 2) => Told::plain("half_").then(base(*y)?),
-                _ => base(*x)?.and("_").then(base(*y)?),
+                _ => match quaternion_product(signature, items, *x, *y) {
+                    Some(name) => return Some(Told::plain(tidy(&name))),
+                    None => base(*x)?.and("_").then(base(*y)?),
+                },
             },
             _ => return None,
         },

@@ -44,6 +44,10 @@ impl Graph {
             self.names.entry(rest.0).or_insert_with(|| name_of_multiple(name, &coefficient));
             return value;
         }
+        if let Node::Rotate(..) = self.vector_at(rest) {
+            // The author's name is better than the one that `name_arm` made up.
+            self.names.remove(&rest.0);
+        }
         let held = self.vector(Node::VectorLet(rest));
         self.held.insert(rest.0, held.0);
         self.names.entry(held.0).or_insert_with(|| name_of_multiple(name, &coefficient));

@@ -6,11 +6,11 @@
 mod dialect;
 mod prepare;
 
+use crate::emit::meaning::parameter_comment;
 use crate::emit::parts::{Needed, needed};
 use crate::emit::routine::{Routine, Step, routine};
 use crate::emit::{
-    COMMON, MADE, acts, body, field_summary, lane_loop, parameter_summary, reads, stored_as, template,
-    visible,
+    COMMON, MADE, NO_EDIT, acts, body, field_summary, lane_loop, reads, stored_as, template, visible,
 };
 use crate::kernel::{File, Kernel, Precision};
 use crate::layout::{LANES, Place};
@@ -217,8 +217,9 @@ fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> S
     let mut text = "typedef struct {\n".to_owned();
     for (index, parameter) in signature.given() {
         let field = format!("{}{}{lanes}", names.parameters[index], extents(&parameter.ty));
-        let summary = escape(&kernel.summary_of(signature, index).unwrap_or(parameter_summary(parameter)));
-        text.push_str(&format!("    {real} {field}; /* {summary} */\n"));
+        let comment = parameter_comment(kernel, signature, index);
+        let comment = comment.map_or(String::new(), |text| format!(" /* {} */", escape(&text)));
+        text.push_str(&format!("    {real} {field};{comment}\n"));
     }
     text + &format!("}} {};\n\n", named(kernel, &format!("_{}", names.given), precision))
 }
@@ -476,7 +477,7 @@ fn file_remark(file: &File) -> Vec<String> {
 }
 
 fn made(file: &File) -> String {
-    format!("{MADE}{}.rs; the code is yours.", file.stem)
+    format!("{MADE}{}.rs{NO_EDIT}", file.stem)
 }
 
 /// A block comment; empty for no lines.

@@ -7,11 +7,11 @@
 mod constants;
 mod dialect;
 
+use crate::emit::meaning::parameter_comment;
 use crate::emit::parts::{Needed, needed};
 use crate::emit::routine::{Routine, Step, routine};
 use crate::emit::{
-    MADE, acts, body, field_summary, kinds, lane_loop, parameter_summary, reads, rust_body, sentence,
-    template, visible,
+    MADE, NO_EDIT, acts, body, field_summary, kinds, lane_loop, reads, rust_body, sentence, template, visible,
 };
 use crate::kernel::{File, Kernel, Precision};
 use crate::math::functions::Function;
@@ -44,7 +44,7 @@ pub fn module(file: &File) -> String {
     if !file.docs.is_empty() {
         text.push_str("//!\n");
     }
-    text.push_str(&format!("//! {MADE}`{}.rs`; the code is yours.\n", visible(&file.stem)));
+    text.push_str(&format!("//! {MADE}`{}.rs`{NO_EDIT}\n", visible(&file.stem)));
     for &precision in &file.precisions {
         let lanes = file.kernels.first().map_or(1, |kernel| kernel.lanes);
         for kind in kinds(file.kernels.iter().map(|kernel| &kernel.schedule.signature)) {
@@ -156,7 +156,8 @@ fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> S
     }
     let names = Arguments::new(signature, Target::Rust);
     let fields = signature.given().map(|(index, parameter)| {
-        let summary = kernel.summary_of(signature, index).unwrap_or(parameter_summary(parameter));
+        let summary = parameter_comment(kernel, signature, index);
+        let summary = summary.unwrap_or_else(|| parameter.name.replace('_', " "));
         (names.parameters[index].clone(), array(&parameter.ty, precision, kernel.lanes), summary)
     });
     let short = signature.given().all(|(_, p)| p.ty.extents().iter().all(|&n| n <= 32));
