@@ -1,7 +1,7 @@
 //! `cargo bench -p forcec-bench`: how long compiling takes, for the library and for kernels of any size.
 
 use divan::Bencher;
-use forcec::source::span::Source;
+use forcec::internals::source::span::Source;
 use forcec_bench::{chain, compile_all, library};
 
 fn main() {
@@ -25,7 +25,8 @@ fn kernel(bencher: Bencher<'_, '_>, name: &str) {
     let has = |source: &Source| source.text.contains(&format!("fn {name}("));
     let source = library().into_iter().find(has).expect("the file of the kernel");
     bencher.bench(|| {
-        forcec::compile::compile(&source, &|wanted| wanted == name, forcec::Effort::Default).is_ok()
+        forcec::internals::compile::compile(&source, &|wanted| wanted == name, forcec::Effort::Default)
+            .is_ok()
     });
 }
 

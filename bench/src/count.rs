@@ -5,7 +5,7 @@
 //! heads of `if` and `for` and tests of a pointer before a load are no operations, nor is a quotient of two literals. What is in
 //! a loop counts once: those in kernels only copy and negate.
 
-use forcec::scalar::Operations;
+use forcec::internals::scalar::Operations;
 use std::collections::BTreeMap;
 
 #[derive(Clone, PartialEq, Debug)]

@@ -6,12 +6,12 @@
 
 use crate::peers::Peer;
 use crate::{compile_all, library};
-use forcec::compile::{Compiled, Stages};
-use forcec::kernel::{File, Precision};
-use forcec::model::bodies::{Body, Signature};
-use forcec::names::{Target, kernel_name};
-use forcec::verify::probe::Probe;
-use forcec::verify::{Family, Subject};
+use forcec::internals::compile::{Compiled, Stages};
+use forcec::internals::kernel::{File, Precision};
+use forcec::internals::model::bodies::{Body, Signature};
+use forcec::internals::names::{Target, kernel_name};
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{Family, Subject};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -210,7 +210,7 @@ fn build(
         .collect();
     for (file, _) in files {
         for target in [Target::C, Target::Rust] {
-            for generated in forcec::emit::emit(file, target) {
+            for generated in forcec::internals::emit::emit(file, target) {
                 write(&generated.name, &generated.text);
             }
         }

@@ -7,12 +7,12 @@ use crate::kernels::{
     CLOCK, FLAGS, RUST_FLAGS, STATES, Spread, arguments, bytes, interleaved, printable, run, told,
 };
 use crate::{compile_all, library};
-use forcec::compile::{Request, Stages, compile};
-use forcec::kernel::{File, Precision};
-use forcec::model::bodies::Signature;
-use forcec::names::{Target, kernel_name};
-use forcec::verify::probe::Probe;
-use forcec::verify::{Family, Subject};
+use forcec::internals::compile::{Request, Stages, compile};
+use forcec::internals::kernel::{File, Precision};
+use forcec::internals::model::bodies::Signature;
+use forcec::internals::names::{Target, kernel_name};
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{Family, Subject};
 use forcec::{Layout, Part};
 use std::fmt::Write;
 use std::path::Path;
@@ -89,7 +89,9 @@ pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
         let own = folder.join(&place);
         std::fs::create_dir_all(&own).expect("a folder to build in");
         let (file, stages) = compiled(kernel, variant);
-        for generated in [Target::C, Target::Rust].into_iter().flat_map(|t| forcec::emit::emit(&file, t)) {
+        for generated in
+            [Target::C, Target::Rust].into_iter().flat_map(|t| forcec::internals::emit::emit(&file, t))
+        {
             std::fs::write(own.join(generated.name), generated.text).expect("a file to build");
         }
         std::fs::write(own.join("states"), states(&stages, variant)).expect("a file of states");
@@ -149,7 +151,9 @@ fn headers(folder: &Path) {
     std::fs::create_dir_all(folder).expect("a folder to build in");
     for source in library() {
         let file = printable(compile_all(&source)).0;
-        for generated in forcec::emit::emit(&file, Target::C).into_iter().filter(|g| g.name.ends_with(".h")) {
+        for generated in
+            forcec::internals::emit::emit(&file, Target::C).into_iter().filter(|g| g.name.ends_with(".h"))
+        {
             std::fs::write(folder.join(generated.name), generated.text).expect("a file to build");
         }
     }
@@ -229,8 +233,9 @@ fn wrapper(file: &File, stages: &Stages, variant: &Variant, index: usize) -> Str
     };
     let several = if variant.lanes > 1 { format!("X{}", variant.lanes) } else { String::new() };
     let module = kernel_name(&stages.kernel.name, Target::Rust, suffix);
-    let body =
-        |body: &forcec::model::bodies::Body| format!("v{index}::{}{precise}{several}", body.kind.row().name);
+    let body = |body: &forcec::internals::model::bodies::Body| {
+        format!("v{index}::{}{precise}{several}", body.kind.row().name)
+    };
     let bodies = signature.bodies.iter().map(body);
     let types: Vec<String> = bodies.chain([format!("v{index}::{module}::Params")]).collect();
     let mut declared: String = types.iter().enumerate().map(|(i, ty)| format!("m{i}: &{ty}, ")).collect();

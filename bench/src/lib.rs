@@ -17,8 +17,8 @@ pub mod scenes;
 pub mod sleeping;
 pub mod work_precision;
 
-use forcec::compile::{Compiled, compile};
-use forcec::source::span::Source;
+use forcec::internals::compile::{Compiled, compile};
+use forcec::internals::source::span::Source;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

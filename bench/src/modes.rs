@@ -10,12 +10,12 @@ pub use plot::plot;
 
 use crate::kernels::{CLOCK, STATES, Spread, arguments, bytes, interleaved, run, told};
 use crate::library;
-use forcec::compile::{Request, Stages, compile};
-use forcec::kernel::{File, Precision};
-use forcec::names::{Target, kernel_name};
-use forcec::sample::states::Family;
-use forcec::verify::Subject;
-use forcec::verify::probe::Probe;
+use forcec::internals::compile::{Request, Stages, compile};
+use forcec::internals::kernel::{File, Precision};
+use forcec::internals::names::{Target, kernel_name};
+use forcec::internals::sample::states::Family;
+use forcec::internals::verify::Subject;
+use forcec::internals::verify::probe::Probe;
 use forcec::{Mode, Plan};
 use std::fmt::Write;
 use std::path::Path;
@@ -211,7 +211,7 @@ fn build(way: &Way, number: usize, files: &[Subjects], drawn: &[[Drawn; 2]], fol
     for Subjects { stem, all } in files {
         let kernels = all.iter().map(|stages| stages.kernel.clone()).collect();
         let file = File { stem: stem.clone(), docs: Vec::new(), kernels, precisions: vec![way.precision] };
-        for generated in forcec::emit::emit(&file, Target::C) {
+        for generated in forcec::internals::emit::emit(&file, Target::C) {
             write(&generated.name, generated.text.as_bytes());
         }
         sources.push(format!("{}.c", file.name()));

@@ -7,8 +7,8 @@
 use crate::count::{Size, size};
 use crate::kernels::{Plan, Row, compile, printable, run};
 use forcec::Effort;
-use forcec::names::Target;
-use forcec::source::span::Source;
+use forcec::internals::names::Target;
+use forcec::internals::source::span::Source;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -109,11 +109,11 @@ fn line(plan: &Plan, row: Row, library: &[Source], folder: &Path) -> Line {
     let source = library.iter().find(|source| source.text.contains(&head)).expect("the kernel's file");
     let mut generated = Vec::new();
     let generation = quickest(|| {
-        let compiled =
-            forcec::compile::compile(source, &wanted, Effort::Default).expect("the library compiles");
+        let compiled = forcec::internals::compile::compile(source, &wanted, Effort::Default)
+            .expect("the library compiles");
         let (file, _) = printable(compiled);
         let target = if row.maker.name == "Rust" { Target::Rust } else { Target::C };
-        generated = forcec::emit::emit(&file, target);
+        generated = forcec::internals::emit::emit(&file, target);
     });
     for file in &generated {
         std::fs::write(folder.join("one").join(&file.name), &file.text).expect("a file to build");

@@ -111,6 +111,7 @@ impl Kernel {
     }
 
     /// A kernel of one instance whose results are full arrays.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub fn dense(name: String, docs: Vec<String>, formulas: Vec<String>, schedule: Schedule) -> Kernel {
         Kernel {
             name,

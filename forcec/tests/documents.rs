@@ -5,22 +5,22 @@
 #![cfg(feature = "cli")]
 
 use forcec::Mode;
-use forcec::compile::{Compiled, Stages, compile};
-use forcec::emit;
-use forcec::kernel::{File, Precision, Target};
-use forcec::layout::LAYOUTS;
-use forcec::lint::{advise, render};
-use forcec::math::functions::Function;
-use forcec::model::bodies::{BODIES, BodyRow, Field, Role};
-use forcec::model::outputs::{Axis, Part};
-use forcec::optimize::PASSES;
-use forcec::rounding::observed::compare;
-use forcec::rounding::upward;
-use forcec::scalar::Operations;
-use forcec::source::diagnostic::Diagnostics;
-use forcec::source::span::Source;
-use forcec::vector::identities::IDENTITIES;
-use forcec::verify::Family;
+use forcec::internals::compile::{Compiled, Stages, compile};
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Precision, Target};
+use forcec::internals::layout::LAYOUTS;
+use forcec::internals::lint::{advise, render};
+use forcec::internals::math::functions::Function;
+use forcec::internals::model::bodies::{BODIES, BodyRow, Field, Role};
+use forcec::internals::model::outputs::{Axis, Part};
+use forcec::internals::optimize::PASSES;
+use forcec::internals::rounding::observed::compare;
+use forcec::internals::rounding::upward;
+use forcec::internals::scalar::Operations;
+use forcec::internals::source::diagnostic::Diagnostics;
+use forcec::internals::source::span::Source;
+use forcec::internals::vector::identities::IDENTITIES;
+use forcec::internals::verify::Family;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -314,7 +314,7 @@ fn rounding() -> String {
 
 /// The methods, a table for each type.
 fn functions() -> String {
-    let rows = forcec::check::reference();
+    let rows = forcec::internals::check::reference();
     let mut types: Vec<&str> = Vec::new();
     for [on, ..] in &rows {
         if !types.contains(&on.as_str()) {

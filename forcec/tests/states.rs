@@ -1,9 +1,9 @@
 //! The states of a check: every arm of every branch is reached, at whatever scale the function has its numbers.
 
-use forcec::compile::{Request, Stages, compile};
-use forcec::math::exact::Exact;
-use forcec::source::span::Source;
-use forcec::verify::{self, CheckOptions, Report, Subject};
+use forcec::internals::compile::{Request, Stages, compile};
+use forcec::internals::math::exact::Exact;
+use forcec::internals::source::span::Source;
+use forcec::internals::verify::{self, CheckOptions, Report, Subject};
 use forcec::{Mode, Specialization};
 
 fn stages(text: &str, request: Request) -> Stages {

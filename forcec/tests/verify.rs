@@ -1,18 +1,20 @@
 //! The verifier on kernels built by hand: right ones pass, and every flipped sign is caught and named.
 
 use forcec::Precision;
-use forcec::kernel::Kernel;
-use forcec::math::exact::Exact;
-use forcec::math::functions::Function;
-use forcec::math::number::Comparison;
-use forcec::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
-use forcec::model::outputs::Part;
-use forcec::scalar::Program;
-use forcec::schedule::{Style, schedule};
-use forcec::vector::definition::{Definition, Generalised, Law, Row};
-use forcec::vector::{Graph, Real, Vector};
-use forcec::verify::probe::Probe;
-use forcec::verify::{self, CheckOptions, Family, Mutation, Printed, Report, Subject, Verdict};
+use forcec::internals::kernel::Kernel;
+use forcec::internals::math::exact::Exact;
+use forcec::internals::math::functions::Function;
+use forcec::internals::math::number::Comparison;
+use forcec::internals::model::bodies::{
+    Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot,
+};
+use forcec::internals::model::outputs::Part;
+use forcec::internals::scalar::Program;
+use forcec::internals::schedule::{Style, schedule};
+use forcec::internals::vector::definition::{Definition, Generalised, Law, Row};
+use forcec::internals::vector::{Graph, Real, Vector};
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{self, CheckOptions, Family, Mutation, Printed, Report, Subject, Verdict};
 
 const V3: ParameterType = ParameterType::Vector(3);
 const REAL: ParameterType = ParameterType::Real;
@@ -65,8 +67,11 @@ impl Sample {
 
     fn program(&self) -> Program {
         let definition = self.definition(Graph::new(self.signature()));
-        let derive = |formulation| forcec::derive::derive(&definition, &Part::DEFAULT, formulation);
-        forcec::optimize::optimize(derive, forcec::Effort::Default.into(), None).expect("it is short").program
+        let derive =
+            |formulation| forcec::internals::derive::derive(&definition, &Part::DEFAULT, formulation);
+        forcec::internals::optimize::optimize(derive, forcec::Effort::Default.into(), None)
+            .expect("it is short")
+            .program
     }
 
     fn check(&self) -> Report {
@@ -532,8 +537,8 @@ fn stiff_kernels_raise_no_false_alarm() {
 
 /// A kernel from the text of its function, by the whole pipeline, and what the check says of it.
 fn checked(text: &str) -> Report {
-    let source = forcec::source::span::Source::new("force.rs", text);
-    let compiled = forcec::compile::compile(&source, &|_| true, forcec::Effort::Default)
+    let source = forcec::internals::source::span::Source::new("force.rs", text);
+    let compiled = forcec::internals::compile::compile(&source, &|_| true, forcec::Effort::Default)
         .unwrap_or_else(|errors| panic!("{errors}"));
     let function = &compiled.functions[0];
     let subject = Subject { source: &function.source, program: &function.program };
@@ -565,13 +570,13 @@ fn what_stands_on_a_switch_is_singular() {
     let function = "#[force]\nfn ground(p: Particle, k: Real) -> Vec3 { let push = (-k * p.velocity.z - k * p.velocity.x).max(0.0); \
          if p.position.z < 0.0 { Vec3::new(0.0, 0.0, push) } else { Vec3::zeros() } }\n";
     for text in [rows, function] {
-        let source = forcec::source::span::Source::new("floor.rs", text);
+        let source = forcec::internals::source::span::Source::new("floor.rs", text);
         let known = forcec::Specialization {
             set: vec![("stiffness".to_owned(), vec![Exact::ZERO])],
             ..Default::default()
         };
-        let request = forcec::compile::Request { known, ..Default::default() };
-        let compiled = forcec::compile::compile(&source, &|_| true, request).expect("it compiles");
+        let request = forcec::internals::compile::Request { known, ..Default::default() };
+        let compiled = forcec::internals::compile::compile(&source, &|_| true, request).expect("it compiles");
         let function = &compiled.functions[0];
         let subject = Subject { source: &function.source, program: &function.program };
         let report = verify::check(&subject, &CheckOptions::default());
@@ -596,7 +601,7 @@ fn what_rounding_hides_is_not_covered() {
 }
 
 /// Every force function of the repository, compiled by the whole pipeline.
-fn library() -> Vec<forcec::compile::Stages> {
+fn library() -> Vec<forcec::internals::compile::Stages> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     let mut functions = Vec::new();
     for folder in ["constraints", "tests/unseen"] {
@@ -606,8 +611,8 @@ fn library() -> Vec<forcec::compile::Stages> {
         paths.sort();
         for path in paths {
             let text = std::fs::read_to_string(&path).expect("the file can be read");
-            let source = forcec::source::span::Source::new(path.display().to_string(), text);
-            let compiled = forcec::compile::compile(&source, &|_| true, forcec::Effort::Default);
+            let source = forcec::internals::source::span::Source::new(path.display().to_string(), text);
+            let compiled = forcec::internals::compile::compile(&source, &|_| true, forcec::Effort::Default);
             let compiled = compiled.unwrap_or_else(|_| panic!("{} compiles", path.display()));
             functions.extend(compiled.functions);
         }
@@ -618,7 +623,7 @@ fn library() -> Vec<forcec::compile::Stages> {
 /// At a few states each.
 #[test]
 fn the_library_passes() {
-    let check = |function: &forcec::compile::Stages| {
+    let check = |function: &forcec::internals::compile::Stages| {
         let subject = Subject { source: &function.source, program: &function.program };
         verify::check(&subject, &CheckOptions { seed: 1, states: 3 })
     };
@@ -676,9 +681,9 @@ fn the_text_is_evaluated_as_written() {
          let m = Mat2::new(d.x, k, 0.3, d.y).inverse();\n\
          let differences = (d.x - 1000.1) / 3.0 - 2.0 * n.y * d.norm();\n\
          differences / k + d.z.powi(5) - d.y.powi(-3) * m[(0, 1)] + (0.1 + d.x) * (0.7 - d.y) / n.z\n}\n";
-    let source = forcec::source::span::Source::new("e.rs", text);
+    let source = forcec::internals::source::span::Source::new("e.rs", text);
     let request = forcec::Request { outputs: vec![Part::Value], ..Default::default() };
-    let compiled = forcec::compile::compile(&source, &|_| true, request).expect("it compiles");
+    let compiled = forcec::internals::compile::compile(&source, &|_| true, request).expect("it compiles");
     let function = &compiled.functions[0];
     let subject = Subject { source: &function.source, program: &function.program };
     let probe = Probe::new(&subject);

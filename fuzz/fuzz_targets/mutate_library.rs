@@ -1,8 +1,8 @@
 //! The front end on library files whose tokens were moved about: the bytes are edits, three each.
 #![no_main]
 
-use forcec::source::span::Source;
-use forcec::{check, syntax};
+use forcec::internals::source::span::Source;
+use forcec::internals::{check, syntax};
 use libfuzzer_sys::fuzz_target;
 
 const FILES: [&str; 7] = [

@@ -1,8 +1,8 @@
 //! The front end on any bytes: a tree or messages, never a panic.
 #![no_main]
 
-use forcec::source::span::Source;
-use forcec::{check, syntax};
+use forcec::internals::source::span::Source;
+use forcec::internals::{check, syntax};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -2,7 +2,7 @@
 //!
 //! One file for the random tests and the fuzz targets, which name it by its path.
 
-use forcec::layout::{LANES, LAYOUTS};
+use forcec::internals::layout::{LANES, LAYOUTS};
 use forcec::{Effort, Mode, Options, Part, Precision, Target};
 
 /// Options drawn by `draw(n)`, a number below `n`; bodies and parameters are words of the text.

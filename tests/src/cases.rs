@@ -4,12 +4,12 @@
 //! identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit arithmetic.
 
 use crate::{ForceFile, Random, pipe};
-use forcec::compile::Stages;
-use forcec::kernel::Precision;
-use forcec::model::bodies::Signature;
-use forcec::model::outputs::Part;
-use forcec::verify::probe::Probe;
-use forcec::verify::{Family, Inputs, Subject};
+use forcec::internals::compile::Stages;
+use forcec::internals::kernel::Precision;
+use forcec::internals::model::bodies::Signature;
+use forcec::internals::model::outputs::Part;
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{Family, Inputs, Subject};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;

@@ -4,11 +4,11 @@
 //! every kernel in order, for each of its precisions, for every state, the inputs in memory order; the answer
 //! likewise. Structs are filled and read as memory, so that a field out of order shows.
 
-use forcec::kernel::{File, Kernel, Precision, Target};
-use forcec::layout::Place;
-use forcec::model::bodies::{Body, ParameterType, Signature};
-use forcec::model::outputs::{Array, Part};
-use forcec::names::{Arguments, kernel_name};
+use forcec::internals::kernel::{File, Kernel, Precision, Target};
+use forcec::internals::layout::Place;
+use forcec::internals::model::bodies::{Body, ParameterType, Signature};
+use forcec::internals::model::outputs::{Array, Part};
+use forcec::internals::names::{Arguments, kernel_name};
 use std::fmt::Write;
 
 /// How many reals a kernel takes.

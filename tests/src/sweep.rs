@@ -7,16 +7,17 @@
 use crate::cases::{misses, try_cases};
 use crate::covering::covering;
 use crate::{folder, parallel, pipe};
-use forcec::compile::{Request, Stages, compile_file};
-use forcec::emit;
-use forcec::kernel::{File, Precision, Target};
-use forcec::model::outputs::Axis;
-use forcec::options::{Choice, OPTIONS, OptionRow, Takes};
-use forcec::source::span::Source;
-use forcec::syntax::ast;
-use forcec::verify::probe::Probe;
-use forcec::verify::{Family, Subject as Probed};
-use forcec::{Effort, Layout, Part, check, syntax};
+use forcec::internals::compile::{Request, Stages, compile_file};
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Precision, Target};
+use forcec::internals::model::outputs::Axis;
+use forcec::internals::options::{Choice, OPTIONS, OptionRow, Takes};
+use forcec::internals::source::span::Source;
+use forcec::internals::syntax::ast;
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{Family, Subject as Probed};
+use forcec::internals::{check, syntax};
+use forcec::{Effort, Layout, Part};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -114,33 +115,34 @@ pub fn subjects(folders: &[&str], wanted: &(dyn Fn(&str, usize) -> bool + Sync))
         let chosen = |name: &str| definitions.iter().any(|own| own.name == name);
         let compiled = compile_file(&tree, &chosen, Request { settled: true, ..Effort::Quick.into() });
         let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
-        let subject = |(stages, definition): (&Stages, &forcec::vector::definition::Definition)| {
-            let signature = &stages.program.signature;
-            let probed = Probed { source: &stages.source, program: &stages.program };
-            let state = Probe::new(&probed).draw(Family::Random, 3, 0);
-            let fields = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
-            let mut at: usize = fields.map(|field| field.length as usize).sum();
-            let parameter = |parameter: &forcec::model::bodies::Parameter| {
-                let length = parameter.ty.length() as usize;
-                at += length;
-                let any = parameter.ty != forcec::model::bodies::ParameterType::Quaternion;
-                (parameter.name.clone(), state[at - length..at].to_vec(), any)
+        let subject =
+            |(stages, definition): (&Stages, &forcec::internals::vector::definition::Definition)| {
+                let signature = &stages.program.signature;
+                let probed = Probed { source: &stages.source, program: &stages.program };
+                let state = Probe::new(&probed).draw(Family::Random, 3, 0);
+                let fields = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
+                let mut at: usize = fields.map(|field| field.length as usize).sum();
+                let parameter = |parameter: &forcec::internals::model::bodies::Parameter| {
+                    let length = parameter.ty.length() as usize;
+                    at += length;
+                    let any = parameter.ty != forcec::internals::model::bodies::ParameterType::Quaternion;
+                    (parameter.name.clone(), state[at - length..at].to_vec(), any)
+                };
+                Subject {
+                    name: format!("{stem}::{}", definition.name),
+                    stem: stem.clone(),
+                    function: definition.name.clone(),
+                    tree: tree.clone(),
+                    last_body: signature
+                        .bodies
+                        .last()
+                        .filter(|_| signature.bodies.len() > 1)
+                        .map(|b| b.name.clone()),
+                    parameters: signature.parameters.iter().map(parameter).collect(),
+                    multipliers: definition.law.has_multipliers(),
+                    rows: definition.law.rows() > 0,
+                }
             };
-            Subject {
-                name: format!("{stem}::{}", definition.name),
-                stem: stem.clone(),
-                function: definition.name.clone(),
-                tree: tree.clone(),
-                last_body: signature
-                    .bodies
-                    .last()
-                    .filter(|_| signature.bodies.len() > 1)
-                    .map(|b| b.name.clone()),
-                parameters: signature.parameters.iter().map(parameter).collect(),
-                multipliers: definition.law.has_multipliers(),
-                rows: definition.law.rows() > 0,
-            }
-        };
         compiled.functions.iter().zip(&definitions).map(subject).collect::<Vec<Subject>>()
     });
     subjects.into_iter().flatten().collect()

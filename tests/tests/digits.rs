@@ -3,10 +3,10 @@
 //! Each row is a function of `tests/cases`, a state, and entries of results that are known by hand; every mode, in both
 //! precisions where the numbers fit.
 
-use forcec::compile::{Stages, compile};
-use forcec::math::number::Number;
-use forcec::model::outputs::Part;
-use forcec::source::span::Source;
+use forcec::internals::compile::{Stages, compile};
+use forcec::internals::math::number::Number;
+use forcec::internals::model::outputs::Part;
+use forcec::internals::source::span::Source;
 use forcec::{Mode, Plan};
 use forcec_tests::Places;
 

@@ -11,10 +11,10 @@
 //! asserted is what holds: of each kind of edit but one the one in the middle changes at most a tenth, of constants an
 //! eighth, and no more go beyond a tenth than do now. The test prints those that do.
 
-use forcec::compile::compile;
-use forcec::emit;
-use forcec::kernel::{Precision, Target};
-use forcec::source::span::Source;
+use forcec::internals::compile::compile;
+use forcec::internals::emit;
+use forcec::internals::kernel::{Precision, Target};
+use forcec::internals::source::span::Source;
 use forcec_tests::{library, options_for, parallel};
 use quote::{ToTokens, format_ident};
 use std::path::Path;

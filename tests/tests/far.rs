@@ -2,11 +2,11 @@
 //! error of a kernel is at most twice the one near it. Moved states have the same differences of positions, to the
 //! bit, so that every digit that is lost is the kernel's own.
 
-use forcec::compile::Stages;
-use forcec::math::number::Number;
-use forcec::model::bodies::{Domain, Parameter, ParameterType};
-use forcec::verify::probe::Probe;
-use forcec::verify::{Family, Subject};
+use forcec::internals::compile::Stages;
+use forcec::internals::math::number::Number;
+use forcec::internals::model::bodies::{Domain, Parameter, ParameterType};
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{Family, Subject};
 
 use forcec_tests::{ForceFile, Places, compiled, library, parallel, unseen};
 

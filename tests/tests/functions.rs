@@ -1,16 +1,16 @@
 //! Every row of the function table: its derivative formula against differences in 320 bits, its value in doubles against
 //! the value in 320 bits, its C and Rust spelling compiled and run, and the edges of its domain.
 
-use forcec::emit;
-use forcec::kernel::{File, Kernel, Precision, Target};
-use forcec::math::functions::{Function, FunctionDomain};
-use forcec::math::special;
-use forcec::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature};
-use forcec::model::outputs::{Output, Part};
-use forcec::scalar::{Graph, Program};
-use forcec::schedule::{Style, schedule};
-use forcec::verify::Subject;
-use forcec::verify::probe::{self, Probe};
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Kernel, Precision, Target};
+use forcec::internals::math::functions::{Function, FunctionDomain};
+use forcec::internals::math::special;
+use forcec::internals::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature};
+use forcec::internals::model::outputs::{Output, Part};
+use forcec::internals::scalar::{Graph, Program};
+use forcec::internals::schedule::{Style, schedule};
+use forcec::internals::verify::Subject;
+use forcec::internals::verify::probe::{self, Probe};
 use forcec_tests::{Random, compiled, driver, folder, pipe, run};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -10,14 +10,14 @@
 //!
 //! and read the difference. Without the variable nothing is ever written (`.cargo/config.toml`), and what differs fails.
 
-use forcec::compile::{Compiled, Request, Stages, compile};
-use forcec::derive::derive;
-use forcec::emit;
-use forcec::kernel::{File, Precision, Target};
-use forcec::optimize::{LOWER, PASSES};
-use forcec::show::formula::Dialect;
-use forcec::show::graphs;
-use forcec::source::span::Source;
+use forcec::internals::compile::{Compiled, Request, Stages, compile};
+use forcec::internals::derive::derive;
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Precision, Target};
+use forcec::internals::optimize::{LOWER, PASSES};
+use forcec::internals::show::formula::Dialect;
+use forcec::internals::show::graphs;
+use forcec::internals::source::span::Source;
 use forcec::{Layout, Plan};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -100,7 +100,8 @@ fn stage(compiled: &Compiled, stem: &str, stage: &str) -> String {
     match stage {
         "warnings" => {
             let warnings = compiled.warnings.clone();
-            forcec::source::diagnostic::Diagnostics::new(compiled.source.clone(), warnings).to_string()
+            forcec::internals::source::diagnostic::Diagnostics::new(compiled.source.clone(), warnings)
+                .to_string()
         }
         "ast" => each(&|function| function.ast.clone()),
         "graph" => each(&|function| function.definition.graph.to_string()),

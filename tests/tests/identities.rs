@@ -1,9 +1,9 @@
 //! Every identity: its two sides become one node of a simplifying graph, are two of a verbatim one, and have the same value
 //! in 320 bits wherever both are defined.
 
-use forcec::vector::definition::{Definition, Law, Row};
-use forcec::vector::identities::{IDENTITIES, Identity};
-use forcec::verify::probe;
+use forcec::internals::vector::definition::{Definition, Law, Row};
+use forcec::internals::vector::identities::{IDENTITIES, Identity};
+use forcec::internals::verify::probe;
 use forcec_tests::{Random, compiled};
 
 /// Points a rule, and how many of them must be regular.

@@ -3,8 +3,8 @@
 //! Each force file becomes one program that reads states and writes outputs; the oracle is 320-bit arithmetic on the
 //! expression as it was written, differentiated by differences.
 
-use forcec::emit;
-use forcec::kernel::{Precision, Target};
+use forcec::internals::emit;
+use forcec::internals::kernel::{Precision, Target};
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, driver, folder, library, parallel, run, special, unseen};
 use std::time::Instant;

@@ -1,8 +1,8 @@
 //! Every library kernel as Rust: rustc and clippy find nothing, rustfmt changes nothing, and it computes what the program
 //! means in 320 bits.
 
-use forcec::emit;
-use forcec::kernel::{Precision, Target};
+use forcec::internals::emit;
+use forcec::internals::kernel::{Precision, Target};
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, driver, folder, library, lint, parallel, run, special};
 use std::path::Path;

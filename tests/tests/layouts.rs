@@ -2,9 +2,9 @@
 //! is what the program means in 320 bits. What computes several at once is given a number of states that does not fill
 //! the last call; the lanes that are left over are not numbers, and no other lane may notice.
 
-use forcec::compile::{Request, Stages};
-use forcec::emit;
-use forcec::kernel::{Precision, Target};
+use forcec::internals::compile::{Request, Stages};
+use forcec::internals::emit;
+use forcec::internals::kernel::{Precision, Target};
 use forcec::{Mode, Plan};
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, driver, folder, laid_out, lint, parallel, requested, run};

@@ -1,11 +1,11 @@
 //! Kernels that leave early: where a contact does not touch or a limit is not reached they return zeros after a part of
 //! their operations, nowhere else; what is not a number they hand on.
 
-use forcec::compile::Stages;
-use forcec::scalar::{Operations, eval};
-use forcec::schedule::Statement;
-use forcec::verify::probe::Probe;
-use forcec::verify::{Family, Subject};
+use forcec::internals::compile::Stages;
+use forcec::internals::scalar::{Operations, eval};
+use forcec::internals::schedule::Statement;
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{Family, Subject};
 use forcec_tests::{Places, library, unseen};
 
 /// States a kernel.
@@ -76,9 +76,13 @@ fn what_is_not_a_number_goes_the_way_of_the_source() {
     let text = "#[force]\npub fn floor(p: Particle, k: Real, d: Real) -> Vec3 {\n\
                 let z = p.position.z;\n\
                 if z < 0.0 { Vec3::new(0.0, k * z * z, -k * z + d * z * p.velocity.z * p.velocity.z) } else { Vec3::zeros() }\n}\n";
-    let source = forcec::source::span::Source::new("floor.rs", text);
-    let compiled =
-        forcec::compile::compile(&source, &|_| true, forcec::options::plan::Effort::Default).unwrap();
+    let source = forcec::internals::source::span::Source::new("floor.rs", text);
+    let compiled = forcec::internals::compile::compile(
+        &source,
+        &|_| true,
+        forcec::internals::options::plan::Effort::Default,
+    )
+    .unwrap();
     let function = &compiled.functions[0];
     assert!(before_leaving(function).is_some(), "{}", function.kernel.schedule);
     for z in [-1.0, 0.0, 1.0, f64::NAN] {

@@ -1,8 +1,8 @@
 //! What `forcec lint` says of a few functions, and what it must never say.
 
-use forcec::compile::compile;
-use forcec::lint::{Advice, advise, render};
-use forcec::source::span::Source;
+use forcec::internals::compile::compile;
+use forcec::internals::lint::{Advice, advise, render};
+use forcec::internals::source::span::Source;
 use std::path::Path;
 
 fn advice(source: &Source) -> Vec<Advice> {

@@ -1,10 +1,10 @@
 //! Long kernels: written as functions of at most about a thousand statements, which compile without a warning in both
 //! languages and compute what the source means in 320 bits.
 
-use forcec::emit;
-use forcec::kernel::{Precision, Target};
-use forcec::schedule::Statement;
-use forcec::schedule::sections::LONGEST;
+use forcec::internals::emit;
+use forcec::internals::kernel::{Precision, Target};
+use forcec::internals::schedule::Statement;
+use forcec::internals::schedule::sections::LONGEST;
 use forcec_tests::cases::{Miss, Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, compiled, driver, folder, lint, run};
 

@@ -1,11 +1,11 @@
 //! What the macros make of tokens: the modules that `forcec build --target rust` writes, and the messages of the command
 //! line at the same places.
 
-use forcec::compile::compile;
-use forcec::emit;
-use forcec::kernel::{Precision, Target};
+use forcec::internals::compile::compile;
+use forcec::internals::emit;
+use forcec::internals::kernel::{Precision, Target};
+use forcec::internals::source::span::Source;
 use forcec::macros;
-use forcec::source::span::Source;
 use forcec_tests::{ForceFile, library, parallel, unseen};
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;

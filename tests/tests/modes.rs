@@ -1,8 +1,8 @@
 //! Kernels of every mode: they compile without a warning under every kind of contraction, and what they compute is what
 //! their program says in 320 bits; the text of a small one in each mode.
 
-use forcec::emit;
-use forcec::kernel::{Precision, Target};
+use forcec::internals::emit;
+use forcec::internals::kernel::{Precision, Target};
 use forcec::{Mode, Plan};
 use forcec_tests::cases::{Reference, STATES, compare, judge};
 use forcec_tests::{ForceFile, compiled_with, driver, folder, library_with, parallel, run};

@@ -1,11 +1,11 @@
 //! A check that cannot fail is no check: with one sign flipped, wherever it stands, a kernel fails, and the report names
 //! an entry. A sign whose flip changes no output at any of twenty states is not a mistake and is passed over.
 
-use forcec::compile::Stages;
-use forcec::kernel::Precision;
-use forcec::scalar::Program;
-use forcec::verify::probe::Probe;
-use forcec::verify::{self, CheckOptions, Mutation, Subject};
+use forcec::internals::compile::Stages;
+use forcec::internals::kernel::Precision;
+use forcec::internals::scalar::Program;
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{self, CheckOptions, Mutation, Subject};
 use forcec_tests::cases::{Case, Reference, cases};
 use forcec_tests::{library, parallel};
 

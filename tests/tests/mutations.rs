@@ -3,11 +3,11 @@
 //! Damage is done by bytes and by tokens, from fixed seeds, so that every run is the same; `fuzz/` has the same idea
 //! without an end.
 
-use forcec::compile::compile;
-use forcec::emit;
-use forcec::kernel::{File, Precision, Target};
-use forcec::source::span::Source;
-use forcec::{check, syntax};
+use forcec::internals::compile::compile;
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Precision, Target};
+use forcec::internals::source::span::Source;
+use forcec::internals::{check, syntax};
 use std::path::Path;
 use std::time::Instant;
 

@@ -1,12 +1,12 @@
 //! Names that languages, headers or the kernels themselves keep, in every position: what is printed compiles without a
 //! warning in every dialect it may meet.
 
-use forcec::compile;
-use forcec::compile::Request;
-use forcec::emit;
-use forcec::kernel::{File, Precision, Target};
-use forcec::layout::{LAYOUTS, Layout};
-use forcec::source::span::Source;
+use forcec::internals::compile;
+use forcec::internals::compile::Request;
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Precision, Target};
+use forcec::internals::layout::{LAYOUTS, Layout};
+use forcec::internals::source::span::Source;
 use forcec_tests::{ForceFile, compiled, folder, lint, run};
 use std::fmt::Write;
 use std::path::Path;

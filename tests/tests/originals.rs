@@ -3,15 +3,15 @@
 //! Their values equal what the compiler's front end says the function returns, in 320 bits; and dual numbers on the body of
 //! the function, C, E or F itself, give the kernel's ∂F/∂X. Neither shares code with the compiler.
 
-use forcec::compile::{Request, Stages, compile};
-use forcec::math::functions::Function;
-use forcec::model::outputs::Part;
-use forcec::options::plan::{Mode, Plan};
-use forcec::scalar::Node;
-use forcec::source::span::Source;
-use forcec::vector::definition::Law;
-use forcec::verify::probe::{Probe, returned};
-use forcec::verify::{Family, Subject};
+use forcec::internals::compile::{Request, Stages, compile};
+use forcec::internals::math::functions::Function;
+use forcec::internals::model::outputs::Part;
+use forcec::internals::options::plan::{Mode, Plan};
+use forcec::internals::scalar::Node;
+use forcec::internals::source::span::Source;
+use forcec::internals::vector::definition::Law;
+use forcec::internals::verify::probe::{Probe, returned};
+use forcec::internals::verify::{Family, Subject};
 use forcec_tests::{library as compiled, library_text, parallel};
 use std::collections::BTreeMap;
 

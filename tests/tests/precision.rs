@@ -1,11 +1,11 @@
 //! Single precision where a joint almost holds: mode `accurate` keeps the digits that rounding spoils.
 
-use forcec::compile::Stages;
-use forcec::emit;
-use forcec::model::bodies::Slot;
-use forcec::model::outputs::Part;
-use forcec::verify::Subject;
-use forcec::verify::probe::Probe;
+use forcec::internals::compile::Stages;
+use forcec::internals::emit;
+use forcec::internals::model::bodies::Slot;
+use forcec::internals::model::outputs::Part;
+use forcec::internals::verify::Subject;
+use forcec::internals::verify::probe::Probe;
 use forcec::{Mode, Plan, Precision, Target};
 use forcec_tests::{ForceFile, Random, driver, folder, library_with, pipe, run};
 

@@ -4,14 +4,14 @@
 //! where they are smooth. `PROPTEST_CASES` raises their number.
 
 use forcec::Plan;
-use forcec::compile::compile;
-use forcec::emit;
-use forcec::kernel::{File, Precision, Target};
-use forcec::model::bodies::Role;
-use forcec::optimize::{LOWER, PASSES};
-use forcec::scalar::{Node, Program};
-use forcec::source::span::Source;
-use forcec::verify::{self, CheckOptions, Family, Report, Subject, Verdict};
+use forcec::internals::compile::compile;
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Precision, Target};
+use forcec::internals::model::bodies::Role;
+use forcec::internals::optimize::{LOWER, PASSES};
+use forcec::internals::scalar::{Node, Program};
+use forcec::internals::source::span::Source;
+use forcec::internals::verify::{self, CheckOptions, Family, Report, Subject, Verdict};
 use forcec_tests::{compiled, options_for};
 use proptest::prelude::{Just, Strategy, prop_oneof};
 use proptest::strategy::BoxedStrategy;

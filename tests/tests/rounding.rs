@@ -1,12 +1,12 @@
 //! Bounds of rounding errors, of every kernel of the library: no entry is ever further off than its bound.
 
-use forcec::compile::{Stages, compile};
-use forcec::kernel::Precision;
-use forcec::options::plan::{Effort, Mode, Plan};
-use forcec::rounding::observed::compare;
-use forcec::rounding::{Analysis, rounding, upward};
-use forcec::source::span::Source;
-use forcec::verify::Family;
+use forcec::internals::compile::{Stages, compile};
+use forcec::internals::kernel::Precision;
+use forcec::internals::options::plan::{Effort, Mode, Plan};
+use forcec::internals::rounding::observed::compare;
+use forcec::internals::rounding::{Analysis, rounding, upward};
+use forcec::internals::source::span::Source;
+use forcec::internals::verify::Family;
 use std::path::Path;
 
 /// States of each family at which every entry is compared.

@@ -2,14 +2,15 @@
 //! turn, and each parameter set to a value; the entries that are left are those of the general kernel. What else is
 //! computed changes nothing either: any two results are checked together.
 
-use forcec::compile::{Request, Stages, compile_file};
-use forcec::math::exact::Exact;
-use forcec::model::bodies::Signature;
-use forcec::model::outputs::Part;
-use forcec::source::span::Source;
-use forcec::verify::probe::Probe;
-use forcec::verify::{CheckOptions, Family, Subject, check_chosen};
-use forcec::{Effort, Plan, Specialization, syntax};
+use forcec::internals::compile::{Request, Stages, compile_file};
+use forcec::internals::math::exact::Exact;
+use forcec::internals::model::bodies::Signature;
+use forcec::internals::model::outputs::Part;
+use forcec::internals::source::span::Source;
+use forcec::internals::syntax;
+use forcec::internals::verify::probe::Probe;
+use forcec::internals::verify::{CheckOptions, Family, Subject, check_chosen};
+use forcec::{Effort, Plan, Specialization};
 use forcec_tests::{ForceFile, library, parallel, requested};
 
 fn subject(function: &Stages) -> Subject<'_> {
@@ -24,7 +25,7 @@ fn ways(signature: &Signature, state: &[f64]) -> Vec<Specialization> {
             ways.push(Specialization { fixed: vec![body.name.clone()], ..Specialization::default() });
         }
     }
-    let stored = |body: &forcec::model::bodies::Body| {
+    let stored = |body: &forcec::internals::model::bodies::Body| {
         body.kind.row().fields.iter().map(|f| f.length as usize).sum::<usize>()
     };
     let mut at: usize = signature.bodies.iter().map(stored).sum();

@@ -90,13 +90,16 @@ pub(super) fn flipped(_: bool) -> Verdict {
         .find(|stages| stages.kernel.name == "point_to_point")
         .expect("the ball joint");
     let (mut caught, mut tried, mut name) = (0, 0, String::new());
-    for mutation in forcec::verify::mutations(&function.program) {
-        if !matches!(mutation, forcec::verify::Mutation::Output(_)) {
+    for mutation in forcec::internals::verify::mutations(&function.program) {
+        if !matches!(mutation, forcec::internals::verify::Mutation::Output(_)) {
             continue;
         }
-        let mutant = forcec::verify::apply(&function.program, mutation);
-        let subject = forcec::verify::Subject { source: &function.source, program: &mutant };
-        let report = forcec::verify::check(&subject, &forcec::verify::CheckOptions { seed: 1, states: 1 });
+        let mutant = forcec::internals::verify::apply(&function.program, mutation);
+        let subject = forcec::internals::verify::Subject { source: &function.source, program: &mutant };
+        let report = forcec::internals::verify::check(
+            &subject,
+            &forcec::internals::verify::CheckOptions { seed: 1, states: 1 },
+        );
         tried += 1;
         if let (false, Some(entry)) = (report.passed, report.worst_failure()) {
             caught += 1;

@@ -22,6 +22,7 @@ mod statements;
 mod types;
 mod values;
 
+#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
 pub use builtins::reference;
 
 use crate::options::specialize::Specialization;
@@ -44,6 +45,7 @@ pub struct Checked {
 }
 
 /// Checks a file, or says everything that is wrong with it.
+#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
 pub fn check(file: &File) -> Result<Checked, Diagnostics> {
     check_knowing(file, &|_| Specialization::default(), &|_| true)
 }

@@ -1,14 +1,15 @@
 //! The closed algebra of derivatives of a vector by a vector: `M = s I + [k]× + Σ u vᵀ + (s′ I + [k′]×) R`.
 //!
-//! In: nodes of the vector graph. Out: matrices whose parts are nodes again. The algebra is closed under all that
-//! differentiation does: sums, products with reals, cross products and rotations from the left. The rules:
+//! In: nodes of the vector graph. Out: matrices whose parts are nodes of the graph. The operations of
+//! differentiation preserve this form: sums, products with reals, cross products and rotations from the left.
+//! The rules:
 //!
 //! ```text
 //! [a]× [b]× = b aᵀ − (a·b) I        [a]× u vᵀ = (a × u) vᵀ        gᵀ [k]× = (g × k)ᵀ        Rᵀ [k]× R = [Rᵀ k]×
 //! ```
 //!
-//! Outer products with a common left or right vector are merged as they appear. The last part, with R a product of
-//! stored rotations, is what a relative orientation brings; it vanishes when the result is turned back by R⁻¹.
+//! Outer products with a common left or right vector are merged immediately. The last part, with R a product
+//! of stored rotations, comes from relative orientations; R⁻¹ from the left removes it.
 
 use crate::math::exact::Exact;
 use crate::model::bodies::Slot;
@@ -45,7 +46,7 @@ impl Turned {
         self.rotations.iter().fold(v, |v, (slot, inverse)| g.rotate(*slot, !inverse, v))
     }
 
-    /// The same as outer products: R taken column by column.
+    /// The same matrix as outer products, one for each column of R.
     fn outer(&self, g: &mut Graph) -> Vec<(Vector, Vector)> {
         let columns = [0, 1, 2].map(|axis| {
             let basis = g.basis(axis);
@@ -87,12 +88,12 @@ impl Matrix {
             && self.turned.is_none()
     }
 
-    /// Whether there are neither outer products nor a turned part.
+    /// Whether the matrix has no outer products and no turned part.
     pub fn is_simple(&self) -> bool {
         self.outer.is_empty() && self.turned.is_none()
     }
 
-    /// The same without a turned part.
+    /// The same matrix with its turned part expanded into outer products.
     pub fn plain(&self, g: &mut Graph) -> Matrix {
         let Some(turned) = &self.turned else { return self.clone() };
         let mut outer = turned.outer(g);
@@ -222,16 +223,17 @@ impl Matrix {
     }
 }
 
-/// A turned part, unless it is zero.
+/// A turned part, or `None` if it is zero.
 fn part(g: &Graph, identity: Real, skew: Vector, rotations: Vec<(Slot, bool)>) -> Option<Turned> {
     let zero = g.is_zero(identity) && g.is_zero_vector(skew);
     (!zero).then_some(Turned { identity, skew, rotations })
 }
 
-/// Right sides of more terms are not taken apart.
+/// `terms` does not split sums of more terms.
 const LONGEST_RIGHT: usize = 8;
 
-/// Sums outer products: zero ones dropped, numbers and reals moved right, those with a common side joined.
+/// Adds outer products: drops zeros, moves numbers and reals to the right side, joins products with a common
+/// side.
 fn merge(g: &mut Graph, outer: Vec<(Vector, Vector)>) -> Vec<(Vector, Vector)> {
     let mut products: Vec<(Vector, Vector)> = Vec::with_capacity(outer.len());
     for (u, v) in outer {
@@ -263,7 +265,8 @@ fn merge(g: &mut Graph, outer: Vec<(Vector, Vector)>) -> Vec<(Vector, Vector)> {
     }
 }
 
-/// The terms of a sum, or of a multiple of one, if they are few.
+/// The terms of a sum, or of a multiple of a sum, if there are at most `LONGEST_RIGHT`; else the vector
+/// itself.
 fn terms(g: &mut Graph, v: Vector) -> Vec<Vector> {
     let (scale, inner) = match *g.node(v.index()) {
         Node::Scale(s, inner) => (Some(s), inner),
@@ -280,7 +283,8 @@ fn terms(g: &mut Graph, v: Vector) -> Vec<Vector> {
     sum.into_iter().map(&mut multiple).collect()
 }
 
-/// Joins products with the same left vector, or with `by_right` the same right one up to a real factor.
+/// Joins products with the same left vector; with `by_right`, those with the same right vector up to a real
+/// factor.
 fn join(g: &mut Graph, products: Vec<(Vector, Vector)>, by_right: bool) -> Vec<(Vector, Vector)> {
     let mut groups: BTreeMap<Vector, Vec<(Exact, Vector)>> = BTreeMap::new();
     for (u, v) in products {

@@ -1,8 +1,8 @@
 //! Derivatives along tangent coordinates, memoised per node and variable.
 //!
-//! In: a node of the vector graph and a variable, three tangent coordinates at a time. Out: for a real the row of its
-//! derivative as a vector, for a vector a [`Matrix`]. A variable is a stored triple that moves by δ, a pinned
-//! difference taken as a whole, or an orientation that turns by δθ: D_θ (q·r) = −[q·r]×.
+//! In: a node of the vector graph and a variable, which is three tangent coordinates. Out: for a real, the
+//! row of its derivative as a vector; for a vector, a [`Matrix`]. A variable is a stored triple that moves by
+//! δ, a pinned difference as a whole, or an orientation that turns by δθ: D_θ (q·r) = −[q·r]×.
 
 use crate::derive::block::Matrix;
 use crate::derive::partials::partial;
@@ -17,59 +17,60 @@ use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// Three tangent coordinates that are moved together.
+/// Three tangent coordinates that move together.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Variable {
     /// A position, velocity or angular velocity.
     Triple(Slot),
-    /// A pinned difference of two of them.
+    /// A pinned difference of two triples.
     Difference(Slot, Slot),
     /// An orientation.
     Rotation(Slot),
-    /// Pose and velocity together, as a step moves them: one of [`Lie::steps`].
+    /// Pose and velocity moved together by a time step: an index into [`Lie::steps`].
     Step(u16),
 }
 
-/// What moves along w with a step h: the pose by h w, the velocity by w.
+/// The variables that a time step h moves along w: the pose by h w, the velocity by w.
 pub type StepMove = [Option<Variable>; 2];
 
 /// The derivative of one node.
 #[derive(Clone, Debug)]
 pub enum Derivative {
-    /// Of a real: its row.
+    /// The row of a real.
     Row(Vector),
-    /// Of a vector.
+    /// The matrix of a vector.
     Matrix(Rc<Matrix>),
-    /// Of a truth.
+    /// Truths have no derivative.
     None,
 }
 
-/// A graph with the derivatives taken so far.
+/// A graph with a cache of derivatives.
 pub struct Lie {
-    /// The graph; derivatives are nodes of it.
+    /// The graph; derivatives are nodes of the graph.
     pub graph: Graph,
-    /// Differences that are variables of their own, so that the points in them are not moved through them.
+    /// Differences that are variables; they do not change when one of their points is a variable.
     pub frontier: BTreeSet<(Slot, Slot)>,
     memo: FxHashMap<(u32, Variable), Derivative>,
     /// Rows that were formed backward.
     rows: FxHashMap<Real, BTreeMap<Variable, Vector>>,
     /// Every variable.
     variables: Vec<Variable>,
-    /// How many nodes may still be passed backward: beyond that rows are formed forward.
+    /// How many more nodes rows may be formed backward through; after that, rows are formed forward.
     backward: usize,
-    /// What pose and velocity move by together, and the step h of that.
+    /// The pairs of pose and velocity variables that a time step moves together.
     pub steps: Vec<StepMove>,
-    /// h, if anything moves so.
+    /// The step h, if an output needs it.
     pub step: Option<Real>,
-    /// Inputs whose derivatives are those of other, earlier nodes.
+    /// Maps an input to an earlier node whose derivatives the input has.
     pub stand: BTreeMap<u32, u32>,
 }
 
-/// How many nodes rows may be formed backward through: a chain of factors passes through each as often as it is long.
+/// The number of nodes that rows may be formed backward through: a chain of n factors passes each factor n
+/// times.
 const BACKWARD_STEPS: usize = 20_000;
 
 impl Lie {
-    /// No derivative taken yet.
+    /// Creates an empty cache.
     pub fn new(graph: Graph, frontier: BTreeSet<(Slot, Slot)>) -> Lie {
         let backward = if graph.formulation.backward { BACKWARD_STEPS } else { 0 };
         let signature = &graph.signature;
@@ -85,13 +86,13 @@ impl Lie {
         Lie { graph, frontier, memo, rows, variables, backward, steps, step: None, stand }
     }
 
-    /// D of a real.
+    /// The derivative of a real, as a row.
     pub fn row(&mut self, real: Real, variable: Variable) -> Vector {
         self.prepare(real.0, variable);
         self.row_of(real, variable)
     }
 
-    /// D of a vector.
+    /// The derivative of a vector.
     pub fn matrix(&mut self, vector: Vector, variable: Variable) -> Rc<Matrix> {
         self.prepare(vector.0, variable);
         self.matrix_of(vector, variable)
@@ -111,7 +112,7 @@ impl Lie {
         }
     }
 
-    /// Takes the derivative of everything below a node, operands first, without recursion.
+    /// Differentiates a node and its operands, operands first, without recursion.
     fn prepare(&mut self, root: u32, variable: Variable) {
         let mut open = vec![root];
         let mut missing = BTreeSet::new();
@@ -173,7 +174,7 @@ impl Lie {
         }
     }
 
-    /// A row along a step, from those along pose and velocity.
+    /// A row along a time step, from the rows along pose and velocity.
     fn along_step(&mut self, step: u16, mut row: impl FnMut(&mut Lie, Variable) -> Vector) -> Vector {
         let [pose, velocity] = self.steps[step as usize];
         let mut rows = Vec::new();
@@ -257,7 +258,7 @@ impl Lie {
         }
     }
 
-    /// D of a stored real: D_θ (u, w) = (½ (w δ + δ × u), −½ u·δ) for a quaternion (u, w).
+    /// The derivative of a stored real: D_θ (u, w) = (½ (w δ + δ × u), −½ u·δ) for a quaternion (u, w).
     fn entry(&mut self, slot: Slot, variable: Variable) -> Vector {
         let g = &mut self.graph;
         let base = Slot { offset: 0, ..slot };
@@ -392,7 +393,7 @@ impl Lie {
         }
     }
 
-    /// The row of a factor of a vector.
+    /// The row of a scalar factor of a vector, formed backward if that is enabled.
     fn factor_row(&mut self, factor: Real, variable: Variable) -> Vector {
         if !self.rows.contains_key(&factor) {
             if self.backward == 0 {
@@ -412,7 +413,7 @@ impl Lie {
         }
     }
 
-    /// A node is passed backward.
+    /// Counts one node of backward propagation.
     pub(super) fn step(&mut self) {
         self.backward = self.backward.saturating_sub(1);
     }
@@ -428,7 +429,7 @@ impl Lie {
         Matrix::outer(g, outer)
     }
 
-    /// Pose and velocity of each block as one variable, of which δX = h w and δV = w.
+    /// Combines pose and velocity of each block into variables w with δX = h w and δV = w.
     pub fn step_with(
         &mut self,
         step: Option<Real>,
@@ -457,14 +458,14 @@ impl Lie {
         together
     }
 
-    /// The steps in which the poses that these forces act on move; what moves otherwise is left out.
+    /// The step variables of the poses that these forces act on; other variables are left out.
     pub fn stepped(&self, pieces: &BTreeMap<Vector, Variable>) -> BTreeMap<Vector, Variable> {
         let step = |pose: &Variable| self.steps.iter().position(|moves| moves[0] == Some(*pose));
         let stepped = pieces.iter().filter_map(|(v, pose)| Some((*v, Variable::Step(step(pose)? as u16))));
         stepped.collect()
     }
 
-    /// The variable that moves a body's block, when it is moved directly.
+    /// The variable that moves a body's block directly.
     pub fn variable(&self, body: u16, role: Role) -> Variable {
         let slot = self.graph.signature.body_slot(body, role).expect("a block names a stored field");
         variable(slot, role)
@@ -478,8 +479,8 @@ fn variable(slot: Slot, role: Role) -> Variable {
     }
 }
 
-/// How a product of quaternions q turns with an orientation: D q = c (0, s) q from the left, or q (0, s) from the
-/// right, for s = R δθ.
+/// A factor in a product of quaternions q that turns by δθ: D q = c (0, s) q, or c q (0, s) with `right`, for
+/// s = R δθ.
 pub(super) struct Turned {
     /// c, ½ or −½
     pub(super) coefficient: Exact,
@@ -489,8 +490,8 @@ pub(super) struct Turned {
 }
 
 impl Turned {
-    /// Every place where the product turns with the variable. A factor f turns by ½ δθ f, its inverse by −½ f⁻¹ δθ;
-    /// δθ is moved out to whichever side is nearer.
+    /// Every factor of the product that turns with the variable. A factor f changes by ½ δθ f, its inverse by
+    /// −½ f⁻¹ δθ; δθ is moved to the nearer end of the product.
     pub(super) fn places(turn: &[(Slot, bool)], variable: Variable) -> Vec<Turned> {
         let mut places = Vec::new();
         for (k, &(slot, inverse)) in turn.iter().enumerate() {
@@ -544,7 +545,7 @@ impl Turned {
     }
 }
 
-/// ∂(Π fᵉ)/∂f_k without the factor e_k, nowhere dividing by f_k.
+/// ∂(Π fᵉ)/∂f_k without the factor e_k; never divides by f_k.
 pub(super) fn partial_of_product(g: &mut Graph, factors: &[(Real, i32)], k: usize) -> Real {
     let mut rest = factors.to_vec();
     rest[k].1 -= 1;

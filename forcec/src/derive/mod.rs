@@ -1,11 +1,12 @@
-//! From what the author states to F and its derivatives, on the vector graph.
+//! Generalised forces from a force function: C, E or F → F, on the vector graph.
 //!
-//! In: a checked [`Definition`]. Out: [`Derived`]: the generalised forces as vectors, and the variables along which
-//! ∂F/∂X and ∂F/∂V are to be formed. The mathematics is LANGUAGE.md §3: F = −Jᵀ(ks C + kd Ċ) for a constraint,
-//! F = −D E for an energy, F itself for a force.
+//! In: a checked [`Definition`]. Out: [`Derived`]: the forces as vectors, and the variables along which ∂F/∂X
+//! and ∂F/∂V are formed. docs/mathematics.md, "Forces", gives the formulas: F = −Jᵀ(ks C + kd Ċ) for a
+//! constraint, F = −D E for an energy, the returned F for a force.
 //!
-//! Where positions enter only through differences, and there are fewer of these than bodies that move, the differences
-//! are the variables and the bodies' blocks are copies and negated sums: action and reaction cost nothing.
+//! If positions enter only through differences, and there are fewer differences than moving bodies, the
+//! differences are the variables. Each body's block is then a signed copy or sum, so action and reaction cost
+//! no operations.
 
 pub mod block;
 pub mod forward;
@@ -28,39 +29,41 @@ pub type Combination<T> = Vec<(Exact, T)>;
 
 /// The forces of a kernel and the variables of their derivatives.
 pub struct Derived {
-    /// The graph, and the derivatives on demand.
+    /// The graph, with derivatives computed on demand.
     pub lie: Lie,
-    /// The generalised force on each block of the pose.
+    /// Forces per block of the pose.
     pub forces: Vec<(Block, Combination<Vector>)>,
-    /// The same times the step, where a step is wanted; these are the forces if nothing else is made of them.
+    /// h F per block if an output needs the step h; equal to `forces` if `forces` already contain h, or
+    /// without h.
     pub impulses: Vec<(Block, Combination<Vector>)>,
-    /// For each block of the pose what moves with it.
+    /// For each block of the pose, the variables that move with the block.
     pub pose: Vec<(Block, Combination<Variable>)>,
-    /// For each block of the velocity what moves with it.
+    /// For each block of the velocity, the variables that move with the block.
     pub velocity: Vec<(Block, Combination<Variable>)>,
-    /// Whether ∂F/∂X is symmetric by construction: an energy of positions alone.
+    /// Whether ∂F/∂X is symmetric by construction, as for an energy of positions alone.
     pub symmetric: bool,
-    /// The variable whose adjoint a force is, and that of an impulse.
+    /// For each force, and for each impulse: the variable whose adjoint the vector is.
     pub pieces: [BTreeMap<Vector, Variable>; 2],
-    /// The rows of C with their rates; of an energy itself, if that is wanted; empty for forces.
+    /// The rows of C and their rates; E and its rate if an output has rows; empty for a force.
     pub rows: Vec<(Real, Real)>,
     /// λ of each row of C, and h λ.
     pub multipliers: Vec<(Real, Real)>,
-    /// h F under multipliers that are given and have the derivatives of λ, if its matrix is wanted.
+    /// h F at multipliers given as an argument, whose derivatives are those of λ; empty unless an output
+    /// needs it.
     pub held: Vec<(Block, Combination<Vector>)>,
-    /// For each block what moves with it in a step: the pose by h w and the velocity by w.
+    /// For each block, the variables of a time step, which moves the pose by h w and the velocity by w.
     pub steps: Vec<(Block, Combination<Variable>)>,
-    /// h F + h² ∂F/∂X V, ∂F/∂X p and ∂F/∂V p, if they are wanted, block by block.
+    /// The requested ones of h F + h² ∂F/∂X V, ∂F/∂X p and ∂F/∂V p, per block.
     pub along: BTreeMap<Part, Vec<(Block, Combination<Vector>)>>,
-    /// How many nodes of the graph are what the author stated.
+    /// The number of nodes that come from the source; later nodes are derived.
     pub stated: usize,
-    /// What is to be computed, in the order of the table.
+    /// The requested outputs, in the order of the table.
     pub wanted: Vec<Part>,
 }
 
-/// Derives forces from a definition, and what else is wanted; their derivatives are written in this formulation. Where all
-/// that is wanted of them has a step, the forces are impulses: F with the step h in its gains, in E or in what the author
-/// returned.
+/// Derives the forces and the requested derivatives; `formulation` selects how derivatives are written. If
+/// every requested output that depends on F contains the step h, the forces are impulses h F: h multiplies
+/// the gains, E or the returned F.
 pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation) -> Derived {
     let mut graph = definition.graph.clone();
     let stated = graph.len();
@@ -79,7 +82,7 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         row.of_constraints || row.rows == Axis::Coordinate && !row.extras.contains(&Extra::Step)
     };
     let step = time.filter(|_| !wanted.iter().any(bare));
-    // λ, and what is given in its place.
+    // λ, and the given multipliers that replace λ.
     let (mut multipliers, mut held) = (Vec::new(), Held::default());
     match &definition.law {
         Law::Constraint { rows: constraint, unilateral, per_row } => {
@@ -229,7 +232,7 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
     }
 }
 
-/// The force on each block of the pose, from what acts on each variable.
+/// The force on each block of the pose, from the forces on the variables.
 fn shares(
     pose: &[(Block, Combination<Variable>)],
     found: &BTreeMap<Variable, Vector>,
@@ -238,7 +241,7 @@ fn shares(
     pose.iter().map(|(block, moves)| (*block, moves.iter().filter_map(share).collect())).collect()
 }
 
-/// The derivatives of the forces along one direction that are wanted, without the matrix.
+/// The requested derivatives of the forces along one direction, without the matrix.
 fn along(
     lie: &mut Lie,
     wanted: &[Part],
@@ -274,7 +277,7 @@ fn along(
     found
 }
 
-/// A force, named after what it acts on.
+/// Names a force after the bodies that it acts on.
 fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
     let signature = &lie.graph.signature;
     let body = |slot: Slot| signature.bodies.get(slot.argument as usize).map_or("world", |b| b.name.as_str());
@@ -287,20 +290,22 @@ fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
     lie.graph.let_vector(&name, force)
 }
 
-/// x where that is so, else zero.
+/// x where the truth is true, else zero.
 fn where_true(graph: &mut Graph, truth: Truth, x: Real) -> Real {
     let zero = graph.zero();
     graph.select(truth, x, zero)
 }
 
-/// Rows of C, each with its λ, of a one-sided row what that is where it is not zero and where that is, and its number.
+/// The rows of C, each with its λ and its number; a one-sided row has λ where active, and the condition for
+/// that.
 #[derive(Default)]
 struct Held {
     reals: Vec<(Real, Real, Option<Truth>, usize)>,
     vectors: Vec<(Vector, Vector, usize)>,
 }
 
-/// Rows of C, each with minus h times the multiplier that is given, and whose derivatives each of these has.
+/// The rows of C, each with −h times its given multiplier; `stand` maps each given multiplier to the node of
+/// λ.
 struct Given {
     reals: Vec<(Real, Real)>,
     vectors: Vec<(Vector, Vector)>,
@@ -308,7 +313,7 @@ struct Given {
 }
 
 impl Held {
-    /// In place of λ stand the multipliers that are given.
+    /// Replaces λ by the given multipliers.
     fn given(self, graph: &mut Graph, h: Real) -> Given {
         let mut given = Given { reals: Vec::new(), vectors: Vec::new(), stand: BTreeMap::new() };
         let slot = |graph: &Graph, number: usize| {
@@ -338,11 +343,11 @@ impl Held {
     }
 }
 
-/// Where a constraint's `stiffness` and `damping` stand.
+/// The positions of a constraint's `stiffness` and `damping` among the parameters.
 struct Gains {
     first: usize,
     per_row: bool,
-    /// What both are multiplied by, if anything.
+    /// The factor of both gains, if any.
     step: Option<Real>,
 }
 
@@ -370,7 +375,7 @@ impl Gains {
         g.pack(entries)
     }
 
-    /// ks C + kd Ċ; of a one-sided row also whether it pushes: where C < 0 and that is negative.
+    /// ks C + kd Ċ, and for a one-sided row the condition under which it pushes: C < 0 and ks C + kd Ċ < 0.
     fn pull(
         &self,
         g: &mut Graph,
@@ -392,8 +397,8 @@ impl Gains {
     }
 }
 
-/// The differences that serve as variables: those of a role, if the role enters through nothing else, every difference
-/// is of two bodies, and there are fewer differences than bodies that move.
+/// The differences that serve as variables. A role's differences qualify if the role enters through nothing
+/// else, every difference is of two bodies, and there are fewer differences than moving bodies.
 fn frontier(graph: &Graph, roots: impl Iterator<Item = usize>) -> BTreeSet<(Slot, Slot)> {
     let mut open: Vec<u32> = roots.map(|r| r as u32).collect();
     let mut seen = vec![false; graph.len()];
@@ -424,7 +429,8 @@ fn frontier(graph: &Graph, roots: impl Iterator<Item = usize>) -> BTreeSet<(Slot
     differences.into_iter().filter(|(role, set)| usable(role, set)).flat_map(|(_, set)| set).collect()
 }
 
-/// What moves with each block: its stored triple or orientation, or the differences it takes part in.
+/// The variables that move with each block: its stored triple or orientation, or the differences that contain
+/// it.
 fn columns(lie: &Lie, blocks: &[Block]) -> Vec<(Block, Combination<Variable>)> {
     let mut columns = Vec::new();
     for block in blocks {

@@ -1,13 +1,13 @@
-//! The partial derivatives of the functions of the table, as nodes of the vector graph.
+//! Partial derivatives of the functions in the function table, as nodes of the vector graph.
 //!
-//! In: a function, its arguments and its value. Out: its derivative by one argument, in a form that keeps its digits
-//! wherever the function does. Families are the derivatives of their first member: the next of the family.
+//! In: a function, its arguments and its value. Out: the derivative by one argument, in a form that is
+//! accurate wherever the function is. The derivative of a member of a family is the next member.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::vector::{Graph, Real};
 
-/// ∂f/∂(argument k) for f with the value r at the arguments x.
+/// ∂f/∂(argument k); x are the arguments and r is the value f(x).
 pub fn partial(g: &mut Graph, function: Function, x: &[Real], r: Real, k: usize) -> Real {
     match function {
         Function::Pi => g.zero(),
@@ -122,7 +122,7 @@ pub fn partial(g: &mut Graph, function: Function, x: &[Real], r: Real, k: usize)
     }
 }
 
-/// √((1 − x)(1 + x)): keeps its digits near ±1 where 1 − x² loses them.
+/// √((1 − x)(1 + x)), which is accurate near ±1, where 1 − x² loses digits.
 fn cosine_of_asin(g: &mut Graph, x: Real) -> Real {
     let one = g.one();
     let (below, above) = (g.sub(one, x), g.add(one, x));
@@ -130,7 +130,7 @@ fn cosine_of_asin(g: &mut Graph, x: Real) -> Real {
     g.call(Function::Sqrt, &[product])
 }
 
-/// 1 where argument k is the one returned, else 0.
+/// 1 where min or max returns argument k, else 0.
 fn chosen(g: &mut Graph, x: &[Real], k: usize, first: bool) -> Real {
     let (zero, one) = (g.zero(), g.one());
     let (on, off) = if k == 0 { (one, zero) } else { (zero, one) };

@@ -1,7 +1,7 @@
-//! The rate of change of a real or a vector as the bodies move with their velocities, Ċ = J V, or along a direction, forward.
+//! Forward-mode derivatives of reals and vectors in time, Ċ = J V, or along a direction.
 //!
-//! In: nodes that read pose and velocity. Out: nodes that also read what they move with. The rate of a let is a let:
-//! `d` has `d_dot`.
+//! In: nodes that depend on pose and velocity. Out: the rates, nodes that also depend on the velocities or
+//! the direction. The rate of a let is a let: `d` has `d_dot`.
 
 use crate::derive::forward::{Turned, Variable, partial_of_product};
 use crate::derive::partials::partial;
@@ -12,18 +12,18 @@ use crate::vector::{Graph, Node, Real, Vector};
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What moves, and how.
+/// The motion that rates are taken along.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Motion {
-    /// The pose, with the velocities; these stay as they are.
+    /// The poses move with the velocities; the velocities are constant.
     Velocities,
-    /// The pose, along a direction given as an argument that begins there.
+    /// The poses move along a direction, an argument that begins at this slot.
     Pose(Slot),
-    /// The velocities, likewise.
+    /// The velocities move along a direction, an argument that begins at this slot.
     Velocity(Slot),
 }
 
-/// A graph with the rates taken so far.
+/// A graph with a cache of rates.
 pub struct Rates<'g> {
     graph: &'g mut Graph,
     motion: Motion,
@@ -38,12 +38,12 @@ enum Rate {
 }
 
 impl Rates<'_> {
-    /// No rate taken yet; the bodies move with their velocities.
+    /// Creates an empty cache for bodies that move with their velocities.
     pub fn new(graph: &mut Graph) -> Rates<'_> {
         Rates::along(graph, Motion::Velocities)
     }
 
-    /// No rate taken yet.
+    /// Creates an empty cache for this motion.
     pub fn along(graph: &mut Graph, motion: Motion) -> Rates<'_> {
         Rates { graph, motion, memo: FxHashMap::default() }
     }
@@ -152,7 +152,7 @@ impl Rates<'_> {
             Node::VectorLet(v) => {
                 let rate = self.vector_of(v);
                 if matches!(self.graph.node(v.index()), Node::Rotate(..)) {
-                    // ω × r of an arm is better seen through: ω·(r × f) is wanted of it.
+                    // No let for ω × r of an arm: simplification rewrites f·(ω × r) as ω·(r × f).
                     return Rate::Vector(rate);
                 }
                 let name = self.rate_name(index);
@@ -244,7 +244,7 @@ impl Rates<'_> {
         }
     }
 
-    /// What moves a position, a velocity or an angular velocity, as an entry of an argument.
+    /// The argument entry that is the rate of a position, a velocity or an angular velocity.
     fn velocity(&self, slot: Slot) -> Option<Slot> {
         match self.graph.signature.role(slot)? {
             Role::Orientation => None,
@@ -252,7 +252,7 @@ impl Rates<'_> {
         }
     }
 
-    /// What moves a field of a body.
+    /// The argument entry that is the rate of a body's field.
     fn moves(&self, slot: Slot, role: Role) -> Option<Slot> {
         let signature = &self.graph.signature;
         let (blocks, direction) = match (self.motion, role) {
@@ -279,7 +279,7 @@ impl Rates<'_> {
         Some(self.graph.triple(slot))
     }
 
-    /// Where a product of quaternions turns, and the angular velocity there.
+    /// The factors of a product of quaternions that turn, each with its angular velocity, rotated by R.
     fn turn_rates(&mut self, turn: &[(Slot, bool)]) -> Vec<(Turned, Vector)> {
         let slots: BTreeSet<Slot> = turn.iter().map(|(slot, _)| *slot).collect();
         let mut rates = Vec::new();
@@ -319,7 +319,7 @@ impl Rates<'_> {
         self.graph.scaled(Exact::ratio(-1, 2), along)
     }
 
-    /// A sum in which u·v + u·w became u·(v + w).
+    /// A sum in which u·v + u·w is replaced by u·(v + w).
     fn sum(&mut self, terms: Vec<(Exact, Real)>) -> Real {
         let flat = self.graph.sum(Exact::ZERO, terms);
         let Node::Sum(constant, terms) = self.graph.node(flat.index()).clone() else { return flat };

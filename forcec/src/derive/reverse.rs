@@ -1,8 +1,8 @@
-//! Gradients backward: Σ adjoint · D(node) for several nodes at once, as one vector a variable.
+//! Reverse-mode gradients Σ adjoint · D(node) of several nodes at once.
 //!
-//! In: nodes with adjoints, reals for reals and vectors for vectors. Out: for every variable that is met the vector
-//! that multiplies its tangent. Where a branch is taken the gradient is formed forward, so that nothing of the branch
-//! that is not taken, not even a NaN, reaches the result.
+//! In: nodes with their adjoints, reals for reals and vectors for vectors. Out: for every variable reached,
+//! the vector that multiplies its tangent. At a branch the gradient is formed forward, so that nothing from
+//! the untaken side, not even a NaN, reaches the result.
 
 use crate::derive::forward::{Lie, Turned, Variable, partial_of_product};
 use crate::derive::partials::partial;
@@ -33,7 +33,7 @@ impl Adjoints {
         self.variables.entry(variable).or_default().push((coefficient, adjoint));
     }
 
-    /// The node met last that still waits, so that all its users are done.
+    /// The last node with pending adjoints; all its users are done.
     fn last(&self) -> Option<u32> {
         let real = self.reals.last_key_value().map(|(k, _)| *k);
         let vector = self.vectors.last_key_value().map(|(k, _)| *k);
@@ -41,7 +41,8 @@ impl Adjoints {
     }
 }
 
-/// The gradient of Σ adjoint · real + Σ adjoint · vector.
+/// The gradient of Σ adjoint · real + Σ adjoint · vector; `variables` are the variables that branches depend
+/// on.
 pub fn gradient(
     lie: &mut Lie,
     reals: &[(Real, Real)],
@@ -232,7 +233,8 @@ fn propagate_vector(
         }
         Node::VectorLet(v) => {
             if lie.graph.formulation.backward || matches!(lie.graph.node(v.index()), Node::Rotate(..)) {
-                // The adjoint of an arm goes into one cross product, where it is better seen through.
+                // No let: the adjoint of an arm enters a single cross product, and simplification must see
+                // through it.
                 adjoints.vector(v, adjoint);
                 return;
             }
@@ -244,7 +246,8 @@ fn propagate_vector(
     }
 }
 
-/// u × v, forward term by term where v is a sum of scaled vectors: the products are those of the other body, too.
+/// u × v. In forward formulations, term by term if v is a sum of scaled vectors: the other body has the same
+/// products.
 fn cross_terms(g: &mut Graph, u: Vector, v: Vector) -> Vector {
     match g.node(v.index()).clone() {
         Node::VectorSum(terms)
@@ -258,7 +261,7 @@ fn cross_terms(g: &mut Graph, u: Vector, v: Vector) -> Vector {
     }
 }
 
-/// Adds the torques R⁻¹ `moved` of a product of quaternions at every place where it turns with a body.
+/// Adds the torque R⁻¹ `moved` for every factor of a product of quaternions that turns with a body.
 fn turn_adjoint(
     lie: &mut Lie,
     adjoints: &mut Adjoints,

@@ -9,9 +9,13 @@ mod model;
 mod pendulum;
 mod text;
 
-pub use crate::lint::pendulum::{DAMPING, STIFFNESS, Steps};
+#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+pub use crate::lint::pendulum::STIFFNESS;
+pub use crate::lint::pendulum::{DAMPING, Steps};
 pub use approach::{Approach, Growth};
-pub use measure::{Damping, STEP, Stiffness};
+#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+pub use measure::STEP;
+pub use measure::{Damping, Stiffness};
 pub use text::render;
 
 use crate::sample::states::Random;

@@ -1,13 +1,14 @@
-//! Which values are computed in doubled precision: from the inputs up to the last sum whose terms can cancel.
+//! Marks the values that mode `accurate` computes in doubled precision.
 //!
-//! In: an optimised program that knows its residual, the values in which digits are lost. Out: the same program with
-//! every sum, product, quotient and square root marked that these are made of. What a residual is a product or function
-//! of is followed to the sums in it: after the last cancellation nothing is lost any more.
+//! In: an optimised program with its residual, the values in which digits cancel. Out: the same program, with
+//! marks on the sums, products, quotients and square roots that compute the residual, from the inputs up to
+//! the last sum whose terms can cancel. Products and functions after the last cancellation lose no digits and
+//! are not marked.
 
 use crate::math::functions::Function;
 use crate::scalar::{Id, Node, Program};
 
-/// Marks what the residual of a program is made of.
+/// Marks the operations that compute the residual of a program.
 pub(super) fn mark(program: &mut Program) {
     let graph = &mut program.graph;
     let mut wanted = vec![false; graph.len()];
@@ -33,14 +34,15 @@ pub(super) fn mark(program: &mut Program) {
         doubled[index] = cancels || doubled[index] && computes;
         let inside = doubled[index];
         let followed = match node {
-            // A condition is no number.
+            // A condition is not a number.
             Node::Select(_, x, y) => [*x, *y].into_iter().collect(),
             _ if computes || matches!(node, Node::Call(..)) => node.operands(),
             _ => continue,
         };
         for operand in followed {
             wanted[operand.index()] = true;
-            // What a function other than the square root is taken of is rounded for it.
+            // The argument of a function other than the square root is rounded, so it is not marked for the
+            // function's sake.
             doubled[operand.index()] |= inside && computes;
         }
     }

@@ -1,9 +1,10 @@
-//! Factoring by fast extraction: the two-term sums and two-factor products that save most become values of their own.
+//! Factoring by fast extraction: makes values of the two-term sums and two-factor products that save most
+//! operations.
 //!
-//! In and out: a [`Network`]. Every pair of terms of every sum is a candidate divisor with its cofactor, every pair of
-//! factors of every product a candidate product; the exact saving of each is kept in a heap, the best is taken, what it
-//! touches is scored again. Sums are never multiplied out, and no product becomes a value that leaves the range of floats
-//! where positions meet. Work is bounded in steps, not in time.
+//! In and out: a [`Network`]. Every pair of terms of a sum is a candidate divisor with its cofactor, every
+//! pair of factors of a product a candidate product. A heap orders the candidates by exact saving; after each
+//! extraction the affected candidates are scored again. Sums are never multiplied out. No product becomes a
+//! value if floats would overflow or underflow where positions coincide. A step limit bounds the work.
 
 use crate::math::exact::Exact;
 use crate::optimize::network::{Network, Value};
@@ -18,36 +19,37 @@ use std::collections::BinaryHeap;
 struct Divisor {
     first: Monomial,
     second: Monomial,
-    /// Nearly always a sign.
+    /// ±1 in nearly all cases.
     ratio: Exact,
 }
 
-/// A place where a divisor could serve: two terms of a sum, and what writing them with it would save.
+/// A place where a divisor applies: two terms of a sum, and the saving of writing these terms with the
+/// divisor.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Use {
     user: Atom,
-    /// The terms in the order of the sum.
+    /// The two terms, in the order of the sum.
     terms: [Monomial; 2],
-    /// Whether the second one is the divisor's first.
+    /// Whether the second term matches the divisor's first.
     swapped: bool,
     saving: i32,
 }
 
 #[derive(Default)]
 struct Candidate {
-    /// In order, so that a user's uses stand together.
+    /// Sorted, so that the uses of one user are adjacent.
     uses: SmallVec<[Use; 1]>,
     rank: Rank,
 }
 
 #[derive(Default)]
 struct Pair {
-    /// The products of sums that hold both factors, in order.
+    /// The products that contain both factors, with their sums; sorted.
     uses: SmallVec<[(Atom, Monomial); 2]>,
     rank: Rank,
 }
 
-/// Whether a place enters a table or leaves it.
+/// Whether an element is inserted into a table or removed.
 #[derive(Clone, Copy)]
 enum Step {
     Enter,
@@ -55,7 +57,7 @@ enum Step {
 }
 
 impl Step {
-    /// Enters or takes out an element of a sorted list; whether that changed it.
+    /// Inserts into or removes from a sorted list; returns whether the list changed.
     fn apply<A: smallvec::Array<Item: Ord>>(self, list: &mut SmallVec<A>, element: A::Item) -> bool {
         match (self, list.binary_search(&element)) {
             (Step::Enter, Err(i)) => list.insert(i, element),
@@ -66,8 +68,8 @@ impl Step {
     }
 }
 
-/// What the next to take is chosen by, packed into a number: the saving, then the number of places, then the simpler
-/// and the older first; divisors before products. Zero is no candidate.
+/// The priority of a candidate, packed into a number: by saving, then number of places, then smaller size,
+/// then age; divisors before products. Zero means no candidate.
 type Rank = u128;
 
 fn rank(saving: i64, places: usize, size: usize, is_pair: bool, number: u32) -> Rank {
@@ -82,25 +84,25 @@ fn rank(saving: i64, places: usize, size: usize, is_pair: bool, number: u32) -> 
     parts.into_iter().fold(0, |rank, (part, bits)| rank << bits | part)
 }
 
-/// The candidate of a rank.
+/// The kind (whether it is a pair) and the number of the candidate of a rank.
 fn ranked(rank: Rank) -> (bool, u32) {
     (rank >> 32 & 1 == 0, !(rank as u32))
 }
 
 struct Extraction<'n> {
     network: &'n mut Network,
-    /// Of every atom.
+    /// The valuation of each atom.
     valuations: Vec<Valuation>,
     divisors: indexmap::IndexMap<Divisor, Candidate, rustc_hash::FxBuildHasher>,
     pairs: indexmap::IndexMap<(Atom, Atom), Pair, rustc_hash::FxBuildHasher>,
     heap: BinaryHeap<Rank>,
-    /// The divisors and the pairs whose uses have changed since they were scored.
+    /// The divisors and the pairs whose uses changed since the last scoring.
     changed: [Vec<u32>; 2],
-    /// Of the divisor that is being told apart: the factors that only one of its terms has.
+    /// Buffers for `tell_apart`: the factors that only the first or only the second term has.
     only: [Vec<Atom>; 2],
 }
 
-/// Factors a network, at most this many steps.
+/// Factors a network, in at most `steps` extractions.
 pub fn extract(network: &mut Network, steps: usize) {
     network.sweep();
     let mut extraction = Extraction {
@@ -136,7 +138,7 @@ pub fn extract(network: &mut Network, steps: usize) {
     network.sweep();
 }
 
-/// The multiplications of one term.
+/// The number of multiplications in one term.
 pub fn term_cost(degree: usize, coefficient: &Exact) -> i64 {
     degree.saturating_sub(1) as i64 + i64::from(degree > 0 && !coefficient.is_unit())
 }
@@ -149,7 +151,7 @@ impl Extraction<'_> {
         }
     }
 
-    /// Enters a sum into the tables.
+    /// Adds the candidates of a sum to the tables.
     fn index(&mut self, atom: Atom) {
         let Value::Sum(polynomial) = &mut self.network.values[atom as usize] else { return };
         let whole = std::mem::take(polynomial);
@@ -161,7 +163,7 @@ impl Extraction<'_> {
         self.network.values[atom as usize] = Value::Sum(polynomial);
     }
 
-    /// What a term offers beside those of a sum enters the tables or leaves them.
+    /// Adds or removes the candidates that a term forms with the terms of a sum.
     fn step(&mut self, step: Step, atom: Atom, beside: &Polynomial, m: Monomial, c: &Exact) {
         for (n, d) in beside.terms() {
             let (divisor, place) = if m < *n {
@@ -204,7 +206,7 @@ impl Extraction<'_> {
         Some(c)
     }
 
-    /// The divisor of two terms of a sum, and the place it has there.
+    /// The divisor of two terms of a sum, and its use there.
     fn divisor(
         &mut self,
         user: Atom,
@@ -227,7 +229,7 @@ impl Extraction<'_> {
         (Divisor { first, second, ratio }, Use { user, terms, swapped, saving })
     }
 
-    /// Scores what has changed.
+    /// Scores the candidates that changed.
     fn score(&mut self) {
         let [mut divisors, mut pairs] = std::mem::take(&mut self.changed);
         for numbers in [&mut divisors, &mut pairs] {
@@ -269,7 +271,7 @@ impl Extraction<'_> {
         self.network.monomials.atoms(product).iter().map(|x| self.valuations[*x as usize]).sum()
     }
 
-    /// Whether floats hold a divisor, or it is no further from the ordinary than what its users make of it.
+    /// Whether floats can represent the divisor, or none of its uses.
     fn is_held(&self, number: u32) -> bool {
         let (divisor, candidate) = self.divisors.get_index(number as usize).expect("numbers are positions");
         let own = self.valuation(divisor.first).min(self.valuation(divisor.second));
@@ -280,11 +282,11 @@ impl Extraction<'_> {
             })
     }
 
-    /// The exact saving of a divisor and the number of places it serves.
+    /// The exact saving of a divisor and the number of places it applies to.
     fn saving(&self, number: u32) -> (i64, usize) {
         let (divisor, candidate) = self.divisors.get_index(number as usize).expect("numbers are positions");
         let (mut saving, mut places) = (0, 0);
-        // A term serves once.
+        // Each term is used once.
         let mut served: Vec<Monomial> = Vec::new();
         let mut uses = candidate.uses.iter().peekable();
         while let Some(place) = uses.next() {
@@ -305,7 +307,7 @@ impl Extraction<'_> {
         (saving - own as i64, places)
     }
 
-    /// Takes a sum out to be rewritten.
+    /// Takes a sum out of the network, to rewrite it.
     fn take(&mut self, atom: Atom) -> Polynomial {
         match &mut self.network.values[atom as usize] {
             Value::Sum(polynomial) => std::mem::take(polynomial),
@@ -313,7 +315,7 @@ impl Extraction<'_> {
         }
     }
 
-    /// Defines a value, or finds the user that is this value already, up to sign.
+    /// Defines a value, or finds a user that has this value already, up to sign.
     fn define(&mut self, definition: Polynomial, users: impl Iterator<Item = Atom>) -> (Atom, bool, bool) {
         let opposite = definition.negated();
         for user in users {
@@ -401,7 +403,7 @@ impl Extraction<'_> {
     }
 }
 
-/// Splits two products into what only one of them has; the number of factors they share.
+/// Splits two products into the factors that only one of them has; returns the number of common factors.
 fn tell_apart(a: &[Atom], b: &[Atom], only_a: &mut Vec<Atom>, only_b: &mut Vec<Atom>) -> usize {
     only_a.clear();
     only_b.clear();

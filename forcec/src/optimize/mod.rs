@@ -1,8 +1,8 @@
-//! From vectors to the fewest scalars: lowering, then passes on the scalar graph.
+//! From vectors to few scalar operations: lowering, then passes on the scalar graph.
 //!
-//! In: a definition's derivatives, in any formulation that is asked for. Out: a [`Program`], and what every pass saved.
-//! Each pass rewrites the network of a program into one that computes the same values; the order of the passes is the
-//! order of [`PASSES`]. Which of them run is part of a [`Plan`].
+//! In: the derivatives of a definition, in any formulation. Out: a [`Program`], and the operation count after
+//! each pass. Each pass rewrites the network of a program into one that computes the same values. [`PASSES`]
+//! lists the passes in order; a [`Plan`] selects which of them run.
 
 mod accurate;
 pub mod extract;
@@ -23,7 +23,7 @@ use network::Network;
 use std::rc::Rc;
 
 impl Plan {
-    /// The same with these passes alone, by name; or the first name that no pass has.
+    /// The same plan with only these passes, selected by name; an unknown name is returned as the error.
     ///
     /// Lowering is part of every plan, and may be named.
     pub fn with_passes<'n>(self, names: impl IntoIterator<Item = &'n str>) -> Result<Plan, &'n str> {
@@ -44,19 +44,20 @@ impl Plan {
     }
 }
 
-/// What a pass is.
+/// The kind of a pass.
 enum Work {
-    /// Several formulations are lowered, and the one that is shortest before the search goes on.
+    /// Lowers several formulations, and keeps the ones that are shortest before the search.
     Choose,
     /// Rewrites a network.
     Rewrite(fn(&mut Network)),
-    /// Searches for so many rounds, of which so many in a row may bring nothing; free of names.
+    /// Searches for (rounds, consecutive rounds without improvement); the flag allows named values to be
+    /// dissolved.
     Search(fn(&mut Network, (usize, usize), bool)),
 }
 
 impl Effort {
-    /// Rounds of search in a network of so many operations: fewer in larger ones, none in the largest; and how many of
-    /// them in a row may bring nothing.
+    /// The number of search rounds for a network of this many operations, fewer for larger networks; and the
+    /// number of consecutive rounds without improvement after which the search stops.
     fn rounds(self, operations: usize) -> (usize, usize) {
         let (most, budget, patience) = match self {
             Effort::Quick => (0, 0, 0),
@@ -66,7 +67,7 @@ impl Effort {
         (most.min(budget / operations.max(1)), patience)
     }
 
-    /// How many formulations to try for a kernel of so many operations; the first is always tried.
+    /// The number of formulations to try for a kernel of this many operations; at least one.
     fn formulations(self, operations: usize) -> usize {
         let budget = match self {
             Effort::Quick => 0,
@@ -81,13 +82,14 @@ impl Effort {
 pub struct Pass {
     /// Its name in reports.
     pub name: &'static str,
-    /// What it does, in one line.
+    /// One line on the effect of the pass.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub summary: &'static str,
     work: Work,
 }
 
 impl Pass {
-    /// Applies the pass to the network of one of so many formulations that share the effort.
+    /// Runs the pass on the network of one formulation; `share` formulations divide the effort.
     pub fn run(&self, network: &mut Network, plan: Plan, share: usize) {
         match self.work {
             Work::Choose => {}
@@ -100,13 +102,13 @@ impl Pass {
     }
 }
 
-/// Formulations that are longer than the shortest by no more than this part of it are searched, too.
+/// Formulations are also searched if they exceed the shortest by at most 1/`NEARLY` of its operations.
 const NEARLY: usize = 50;
 
-/// What comes before every pass: from vectors to scalars.
+/// The name of the step before all passes, from vectors to scalars.
 pub const LOWER: &str = "lower";
 
-/// How many divisors and products factoring may take out of one kernel.
+/// The largest number of extractions from one kernel.
 const EXTRACTION_STEPS: usize = 1_000_000;
 
 /// The passes after lowering, in order.
@@ -151,17 +153,17 @@ pub static PASSES: [Pass; 6] = [
     },
 ];
 
-/// An optimised program with the operations after each pass.
+/// An optimised program, with the operation count after each pass.
 pub struct Optimized {
     /// The program.
     pub program: Program,
-    /// The formulation it was made of.
+    /// The formulation of the program's derivatives.
     pub formulation: Formulation,
-    /// What it was after lowering and after each pass.
+    /// The operation count after lowering and after each pass.
     pub report: Vec<Step>,
 }
 
-/// A formulation on its way through the passes.
+/// A formulation with its network and report.
 struct Candidate {
     formulation: Formulation,
     network: Network,
@@ -198,9 +200,9 @@ impl Candidate {
     }
 }
 
-/// Lowers and optimises what `derive` makes of a formulation. Mode `strict` leaves what was lowered as it is, but for
-/// what floats do not hold, and computes the values of the function as they are written in its source, if that is given. `None` if that is more than
-/// [`crate::lower::MOST_OPERATIONS`].
+/// Lowers and optimises the derivatives of a definition. Mode `strict` only rewrites values outside the range
+/// of floats, and computes the function's values as written in `source`, if given. `None` above
+/// [`crate::lower::MOST_OPERATIONS`] operations.
 pub fn optimize(
     derive: impl Fn(Formulation) -> Derived,
     plan: Plan,
@@ -231,7 +233,7 @@ pub fn optimize(
     };
     let mut candidates = vec![factored(FORMULATIONS[0])?];
     let lowered = candidates[0].report[0];
-    // The first formulation is the shortest way from what is computed in doubled precision to the force.
+    // The first formulation has the shortest path from the doubled values to the force.
     if plan.mode != Mode::Accurate && plan.passes().any(|pass| matches!(pass.work, Work::Choose)) {
         let tried = effort.formulations(lowered.operations.total());
         for formulation in &FORMULATIONS[1..tried] {
@@ -241,7 +243,7 @@ pub fn optimize(
             }
         }
     }
-    // The search may turn the order of those that are nearly the same.
+    // The search may change the order of candidates of similar length.
     let shortest = candidates.iter().map(Candidate::last).min().unwrap_or(0);
     candidates.retain(|candidate| candidate.last() <= shortest + shortest / NEARLY);
     for pass in plan.passes().filter(|pass| matches!(pass.work, Work::Search(_))) {

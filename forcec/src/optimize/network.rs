@@ -1,9 +1,9 @@
-//! The network that factoring works on: every value a sum of signed products of other values.
+//! The network that factoring rewrites: every value is a sum of signed products of other values.
 //!
-//! In: a [`Program`]. Out: a program that computes the same with fewer operations. Sums used once are part of their
-//! user, products used once too; what is used more than once, carries a name from the source or is an output is an
-//! atom. Numbers other than ±1 are atoms of their own, so that 2x is shared like any product. Pinned differences are
-//! leaves.
+//! In: a [`Program`]. Out: a program that computes the same values with fewer operations. Sums and products
+//! with one use are part of their user; a node with several uses, with a name from the source, or of an
+//! output is an atom. Numbers other than ±1 are atoms, so that 2x is shared like any product. Pinned
+//! differences are leaves.
 
 use crate::math::exact::Exact;
 use crate::optimize::polynomial::{Atom, Monomial, Monomials, Polynomial};
@@ -14,36 +14,36 @@ use smallvec::SmallVec;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// What an atom is.
+/// The definition of an atom.
 #[derive(Clone, Debug)]
 pub enum Value {
-    /// An input, a pinned difference, or a truth that is known.
+    /// An input, a pinned difference, or a known truth.
     Leaf(Id),
     /// A number other than ±1.
     Number(Exact),
     /// Σ coefficient · product
     Sum(Polynomial),
-    /// Any other node, its operands replaced by atoms.
+    /// Any other node, with atoms as operands.
     Operation(Id, Box<[Atom]>),
-    /// Nothing any more.
+    /// Removed.
     Dead,
 }
 
-/// An output: a number, or a multiple of an atom.
+/// An output: a number or a multiple of an atom.
 #[derive(Clone, Debug)]
 enum Output {
     Number(Exact),
     Multiple(Exact, Atom),
 }
 
-/// The network.
+/// Sums of signed products, with the program that they were read from.
 #[derive(Clone)]
 pub struct Network {
-    /// The program it was made of: leaves and operations refer to its graph.
+    /// The program that was read; leaves and operations refer to its graph.
     source: Rc<Program>,
-    /// What each atom is.
+    /// The definition of each atom.
     pub values: Vec<Value>,
-    /// Products.
+    /// The interned products.
     pub monomials: Monomials,
     names: BTreeMap<Atom, String>,
     numbers: FxHashMap<Exact, Atom>,
@@ -52,16 +52,16 @@ pub struct Network {
 
 type Terms = Vec<(Exact, Vec<Atom>)>;
 
-/// Higher powers, and products of more factors, are values of their own.
+/// Longer products, and higher powers, become atoms.
 const LONGEST_POWER: usize = 12;
 
-/// Sums of more terms are split.
+/// Longer sums are split.
 const LONGEST_SUM: usize = 12;
 
 struct Reader<'p> {
     graph: &'p Graph,
     uses: Vec<u32>,
-    /// Multiples whose numbers may not be raised.
+    /// Multiples that are not expanded, because a power of the number would leave the range of floats.
     whole: BTreeSet<Id>,
     terms: Vec<Terms>,
     atoms: FxHashMap<Id, Atom>,
@@ -69,14 +69,14 @@ struct Reader<'p> {
 }
 
 impl Network {
-    /// Reads a program.
+    /// Reads a program; every live node becomes an atom or part of one.
     pub fn new(program: &Rc<Program>) -> Network {
         let live = program.live();
         let graph = &program.graph;
         let mut uses = vec![0_u32; graph.len()];
         for (id, node) in graph.iter().filter(|(id, _)| live[id.index()]) {
             for operand in node.operands() {
-                // A multiple is no value of its own: who uses it uses what it multiplies.
+                // A multiple is not an atom: its users read the multiplied node.
                 let weight = if graph.split(id).1 != id { 0 } else { 1 };
                 let target = graph.split(operand).1;
                 uses[target.index()] += weight;
@@ -107,7 +107,7 @@ impl Network {
         }
         let terms = vec![Vec::new(); graph.len()];
         let mut reader = Reader { graph, uses, whole, terms, atoms: FxHashMap::default(), network };
-        // A multiple has no terms of its own: its users read what it multiplies.
+        // A multiple has no terms: its users read the multiplied node.
         for (id, node) in graph.iter().filter(|(id, _)| live[id.index()] && graph.split(*id).1 == *id) {
             reader.terms[id.index()] = reader.read(id, node);
             if graph.name(id).is_some() {
@@ -128,14 +128,14 @@ impl Network {
         reader.network
     }
 
-    /// A new atom.
+    /// Adds an atom.
     pub fn define(&mut self, value: Value) -> Atom {
         self.values.push(value);
         (self.values.len() - 1) as Atom
     }
 
-    /// Terms as a polynomial, numbers other than ±1 as atoms. A long sum becomes a sum of shorter ones, so that work
-    /// on one of its terms does not touch all others.
+    /// Terms as a polynomial, with numbers other than ±1 as atoms. A long sum becomes a sum of shorter sums,
+    /// so that a change of one term does not affect all others.
     fn lift(&mut self, mut terms: Terms) -> Polynomial {
         while terms.len() > LONGEST_SUM {
             let mut shorter = Vec::with_capacity(terms.len() / LONGEST_SUM + 1);
@@ -157,7 +157,7 @@ impl Network {
         polynomial
     }
 
-    /// An atom to a power, by squaring.
+    /// A power of an atom, by squaring.
     fn power(&mut self, base: Atom, exponent: u32) -> Atom {
         let product = |network: &mut Network, x: Atom, y: Atom| {
             let monomial = network.monomials.intern(&mut [x, y]);
@@ -182,7 +182,7 @@ impl Network {
         atom
     }
 
-    /// The atoms an atom reads, in order, one after the other.
+    /// Visits the operands of an atom, in order, with repetition.
     pub fn each_operand(&self, atom: Atom, mut visit: impl FnMut(Atom)) {
         match &self.values[atom as usize] {
             Value::Sum(polynomial) => {
@@ -203,7 +203,7 @@ impl Network {
         })
     }
 
-    /// How many outputs are not zero, those that are equal up to sign counted once.
+    /// The number of nonzero outputs, distinct up to sign.
     pub fn distinct(&self) -> usize {
         let outputs = self.source.outputs().filter_map(|id| match &self.outputs[&id] {
             Output::Multiple(c, atom) => Some((Some(*atom), c.abs())),
@@ -262,9 +262,9 @@ impl Network {
         users
     }
 
-    /// Removes atoms that are copies, merges those that are equal up to sign, drops dead ones.
+    /// Removes copies and dead atoms, and merges atoms that are equal up to sign.
     pub fn sweep(&mut self) {
-        // What an atom became: a sign and an atom.
+        // The sign and the atom that replace an atom.
         let mut became: FxHashMap<Atom, (bool, Atom)> = FxHashMap::default();
         let mut sums: FxHashMap<Polynomial, (bool, Atom)> = FxHashMap::default();
         let mut operations: FxHashMap<(Node, Box<[Atom]>), Atom> = FxHashMap::default();
@@ -380,7 +380,7 @@ impl Network {
         replaced
     }
 
-    /// ± another atom, if that is all a polynomial is.
+    /// The sign and the atom if the polynomial is ± one atom.
     fn copy_of(&self, polynomial: &Polynomial) -> Option<(bool, Atom)> {
         let [(monomial, coefficient)] = polynomial.terms() else { return None };
         match self.monomials.atoms(*monomial) {
@@ -392,7 +392,7 @@ impl Network {
         }
     }
 
-    /// Whether a sum is a number times a product, worth keeping as a value.
+    /// Whether a sum is a single product with a number and another factor; such products stay values.
     fn is_multiple(&self, polynomial: &Polynomial) -> bool {
         let number = |atom: &Atom| matches!(self.values[*atom as usize], Value::Number(_));
         polynomial.len() == 1
@@ -402,7 +402,7 @@ impl Network {
             })
     }
 
-    /// The valuations of all atoms; of those that are not live, 0.
+    /// The valuation of each atom; 0 for dead atoms.
     pub fn valuations(&self) -> Vec<Valuation> {
         let mut valuations = vec![Valuation::ZERO; self.values.len()];
         let signature = &self.source.signature;
@@ -444,7 +444,7 @@ impl Network {
         total
     }
 
-    /// Writes the network back as a program.
+    /// Converts the network back to a program.
     pub fn program(&self) -> Program {
         let mut graph = Graph::default();
         let mut ids: Vec<Option<Id>> = vec![None; self.values.len()];
@@ -520,7 +520,7 @@ fn became_sorted(became: &FxHashMap<Atom, (bool, Atom)>) -> BTreeMap<Atom, (bool
     became.iter().map(|(k, v)| (*k, *v)).collect()
 }
 
-/// A node without its operands: what two operations must share to be one.
+/// A node without its operands; operations merge only if their shapes are equal.
 fn shape(node: &Node) -> Node {
     let none = Id(0);
     match node {
@@ -538,7 +538,7 @@ fn shape(node: &Node) -> Node {
     }
 }
 
-/// The same operation on other operands.
+/// The same operation with other operands.
 fn rebuild(graph: &mut Graph, node: &Node, operands: &[Id]) -> Id {
     match (node, operands) {
         (Node::Recip(_), &[x]) => graph.recip(x),
@@ -556,7 +556,7 @@ fn rebuild(graph: &mut Graph, node: &Node, operands: &[Id]) -> Id {
 }
 
 impl Reader<'_> {
-    /// The terms of a node in place; a node that stands for itself is read through [`Reader::atom`].
+    /// The terms of a node, for its only user or for [`Reader::atom`].
     fn read(&mut self, id: Id, node: &Node) -> Terms {
         match node {
             Node::Constant(value) if value.is_zero() => vec![],
@@ -567,7 +567,8 @@ impl Reader<'_> {
                     flat.push((constant.clone(), vec![]));
                 }
                 for (coefficient, term) in terms {
-                    // A number that is no power of two would round every term of a sum, and they may cancel.
+                    // A number other than a power of two would round every term of a sum, and the terms may
+                    // cancel.
                     let parts = self.inline(*term, coefficient.is_power_of_two());
                     if coefficient.is_one() && flat.is_empty() {
                         flat = parts;
@@ -623,7 +624,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A node's terms for use in a user: taken over where this is the only use, else the atom it is.
+    /// A node's terms for a user: the terms themselves if this is the only use, else the node's atom.
     fn inline(&mut self, id: Id, sum: bool) -> Terms {
         if let Some(&atom) = self.atoms.get(&id) {
             return vec![(Exact::ONE, vec![atom])];
@@ -645,7 +646,7 @@ impl Reader<'_> {
         vec![(Exact::ONE, vec![self.atom(id)])]
     }
 
-    /// The atom a node is.
+    /// The atom of a node, defined on the first call.
     fn atom(&mut self, id: Id) -> Atom {
         if let Some(&atom) = self.atoms.get(&id) {
             return atom;

@@ -1,6 +1,7 @@
 //! Sums of signed products of atoms: the values that factoring rewrites.
 //!
-//! A product is interned and known by its number; a sum is a short sorted list, so that equal sums are equal values.
+//! A product is interned and identified by its number; a sum is a short sorted list, so equal sums compare
+//! equal.
 
 use crate::math::exact::Exact;
 use indexmap::IndexSet;
@@ -14,11 +15,11 @@ pub type Atom = u32;
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Monomial(u32);
 
-/// Products of atoms, each sorted, a power repeated; the empty one is 1.
+/// Interned products of atoms. Atoms are sorted, powers repeat their atom, the empty product is 1.
 #[derive(Clone, Default)]
 pub struct Monomials(IndexSet<Product, FxBuildHasher>);
 
-/// Nearly every product has few factors.
+/// Nearly all products have few factors.
 type Product = SmallVec<[Atom; 4]>;
 
 impl Monomials {
@@ -34,12 +35,12 @@ impl Monomials {
         &self.0[monomial.0 as usize]
     }
 
-    /// Number of atoms.
+    /// The number of atoms in a product, counted with multiplicity.
     pub fn degree(&self, monomial: Monomial) -> usize {
         self.atoms(monomial).len()
     }
 
-    /// a / b, if b divides a.
+    /// a / b, or `None` if b does not divide a.
     pub fn quotient(&self, a: &[Atom], b: &[Atom]) -> Option<Vec<Atom>> {
         let mut rest = Vec::with_capacity(a.len() + 1);
         let mut j = 0;
@@ -54,17 +55,17 @@ impl Monomials {
     }
 }
 
-/// Terms by product; coefficients are never zero.
+/// A sum as (product, coefficient) pairs, sorted by product; no coefficient is zero.
 #[derive(Clone, Default, PartialEq, Eq, Hash, Debug)]
 pub struct Polynomial(Vec<(Monomial, Exact)>);
 
 impl Polynomial {
-    /// Nothing: 0.
+    /// The empty sum, 0.
     pub fn new() -> Polynomial {
         Polynomial::default()
     }
 
-    /// Its terms in order.
+    /// The terms, sorted by product.
     pub fn terms(&self) -> &[(Monomial, Exact)] {
         &self.0
     }
@@ -74,27 +75,27 @@ impl Polynomial {
         self.0.len()
     }
 
-    /// Whether it is 0.
+    /// Whether the sum is 0.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The products of its terms, in order.
+    /// The products of the terms, in order.
     pub fn monomials(&self) -> impl Iterator<Item = Monomial> + Clone {
         self.0.iter().map(|(monomial, _)| *monomial)
     }
 
-    /// The coefficient of a product, if it occurs.
+    /// The coefficient of a product, if the product occurs.
     pub fn get(&self, monomial: Monomial) -> Option<&Exact> {
         self.place(monomial).ok().map(|i| &self.0[i].1)
     }
 
-    /// Takes a term out.
+    /// Removes the term with this product.
     pub fn remove(&mut self, monomial: Monomial) -> Option<Exact> {
         self.place(monomial).ok().map(|i| self.0.remove(i).1)
     }
 
-    /// Takes the first term out whose product is wanted.
+    /// Removes and returns the first term whose product satisfies the predicate.
     pub fn take_first(&mut self, wanted: impl Fn(Monomial) -> bool) -> Option<(Monomial, Exact)> {
         let place = self.0.iter().position(|(monomial, _)| wanted(*monomial))?;
         Some(self.0.remove(place))
@@ -115,7 +116,7 @@ impl Polynomial {
         }
     }
 
-    /// Its opposite.
+    /// The sum with opposite signs.
     pub fn negated(&self) -> Polynomial {
         Polynomial(self.0.iter().map(|(monomial, c)| (*monomial, -c)).collect())
     }

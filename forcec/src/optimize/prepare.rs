@@ -1,8 +1,9 @@
-//! What depends on parameters alone, computed once and not at every call.
+//! Splits a program so that values of the parameters alone are computed once, not at every call.
 //!
-//! In: a program. Out: two, of which the first computes, from the parameters, values that the second reads in their
-//! place. Each value saves the second at least an operation, or makes a multiplication of a division. Nothing moves that
-//! a rounding could notice: sums are not regrouped, and in the author's order neither are products and quotients.
+//! In: a program. Out: two programs; the first computes values from the parameters, the second reads these
+//! values. Each value saves the second program at least one operation, or turns a division into a
+//! multiplication. The split does not change rounding: sums are not regrouped, and in the author's order
+//! neither are products and quotients.
 
 use crate::math::exact::Exact;
 use crate::model::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
@@ -11,28 +12,29 @@ use crate::scalar::{Graph, Id, Node, Program};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 
-/// A program in two.
+/// A program split in two.
 pub struct Split {
-    /// Computes the values, from the arguments of the whole.
+    /// Computes the values, from all arguments of the original program.
     pub once: Program,
-    /// Computes the results. Its parameters are those that it still reads, and the values.
+    /// Computes the outputs. The parameters are those that are still read, then the values.
     pub rest: Program,
-    /// The parameters of the whole that the rest still reads, by position; they come first.
+    /// The positions of the parameters that `rest` still reads.
     pub kept: Vec<usize>,
 }
 
-/// What a node depends on.
+/// How often a node has to be computed.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Rate {
-    /// On nothing, or on what is known while compiling.
+    /// Depends on nothing but numbers known at compile time.
     Known,
-    /// On parameters that the kernel is given.
+    /// Depends on parameters.
     Once,
-    /// On bodies, or on what differs from call to call.
+    /// Depends on bodies, or on an extra argument that changes with every call.
     Call,
 }
 
-/// Splits a program; none if nothing can be computed once. `strict` keeps the order of products and quotients.
+/// Splits a program; `None` if no value can be computed once. `strict` keeps the order of products and
+/// quotients.
 pub fn split(program: &Program, strict: bool) -> Option<Split> {
     let mut whole = program.clone();
     if !strict {
@@ -71,7 +73,7 @@ fn rates(program: &Program) -> Vec<Rate> {
     rates
 }
 
-/// Factors that depend on parameters alone become a product of their own.
+/// Collects the factors of each product that depend on parameters alone into a separate product.
 fn part_products(program: &mut Program) {
     let rates = rates(program);
     let mut parted = program.outline();
@@ -96,7 +98,7 @@ fn part_products(program: &mut Program) {
     *program = parted;
 }
 
-/// What is noted of a node is noted of its copy.
+/// Copies the name and the doubled mark of a node to its copy.
 fn carry(from: &Graph, id: Id, to: &mut Graph, new: Id) {
     if let Some(name) = from.name(id) {
         to.set_name(new, name);
@@ -110,14 +112,14 @@ struct Splitter<'a> {
     whole: &'a Program,
     rates: Vec<Rate>,
     strict: bool,
-    /// The graph of the whole, and multiples in it that are values.
+    /// The graph of the whole program, plus the multiples that become values.
     given: Graph,
-    /// What is computed once, by its nodes there, in their order: a value stands where its source does.
+    /// The values computed once, as nodes of `given`, in the order of that graph.
     values: BTreeSet<Id>,
 }
 
 impl Splitter<'_> {
-    /// The value that a multiple of a node is, up to sign, if it can be computed once; and the sign.
+    /// The value of |coefficient| · node, if it is worth computing once; and whether the sign is negative.
     fn value(&mut self, coefficient: &Exact, id: Id) -> Option<(Id, bool)> {
         let graph = &self.whole.graph;
         let (inner, rest) = graph.split(id);
@@ -126,7 +128,7 @@ impl Splitter<'_> {
             graph.node(rest),
             Node::Known(_) | Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_)
         );
-        // What rounds once in the author's order rounds once.
+        // A division on its own stays in place, because a multiplication by its reciprocal would round twice.
         let division = self.strict && matches!(graph.node(rest), Node::Recip(_));
         let costs = !coefficient.is_unit() || graph.cost(rest).total() > 0 && !division;
         let doubled = graph.is_doubled(rest) || graph.is_doubled(id);
@@ -136,14 +138,14 @@ impl Splitter<'_> {
         Some((self.given.scaled(coefficient.abs(), rest), coefficient.is_negative()))
     }
 
-    /// Whether a multiple of a node is a value; it is one from now on.
+    /// Whether a multiple of a node is computed once; if so, adds it to `values`.
     fn is_value(&mut self, coefficient: &Exact, id: Id) -> bool {
         let Some((value, _)) = self.value(coefficient, id) else { return false };
         self.values.insert(value);
         true
     }
 
-    /// Which nodes the rest computes; values are found on the way.
+    /// The nodes that the rest computes; collects the values.
     fn needed(&mut self) -> Vec<bool> {
         let whole = self.whole;
         let mut needed = vec![false; whole.graph.len()];
@@ -251,7 +253,7 @@ impl Splitter<'_> {
         Split { once, rest, kept }
     }
 
-    /// The parameters that a value is made of, as a name.
+    /// A name made of the parameters that a value depends on.
     fn sources(&self, id: Id) -> String {
         let (mut seen, mut pending) = (BTreeSet::new(), vec![id]);
         let mut sources = BTreeSet::new();
@@ -268,7 +270,8 @@ impl Splitter<'_> {
         if name.len() <= LONGEST { name } else { "value".to_owned() }
     }
 
-    /// Names for values: the source's own, or what they are made of; each once, and not that of a parameter.
+    /// Unique names for values, derived from the source's names or the expressions; distinct from the kept
+    /// parameters.
     fn names(&self, values: &[Id], kept: &[usize]) -> Vec<String> {
         let mut taken: Vec<String> =
             kept.iter().map(|k| self.whole.signature.parameters[*k].name.clone()).collect();
@@ -286,13 +289,13 @@ impl Splitter<'_> {
     }
 }
 
-/// A longer name is none.
+/// The longest name that is used.
 const LONGEST: usize = 27;
 
-/// Names are told of what is nested less deep than this.
+/// The depth of an expression from which a name is derived.
 const DEEPEST: usize = 4;
 
-/// What a value is made of, in a word.
+/// A name derived from the expression of a value.
 fn told(graph: &Graph, signature: &Signature, id: Id, depth: usize) -> Option<String> {
     let below = |x: &Id| told(graph, signature, *x, depth + 1);
     let slot = |slot: Slot| signature.slot_name(slot).replace(['.', '['], "_").replace(']', "");

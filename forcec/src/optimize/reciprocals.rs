@@ -1,15 +1,16 @@
-//! Divisions that other divisions have done already: 1/x is the square of 1/√x, and 1/(x y) the product of 1/x and 1/y.
+//! Reuses reciprocals: 1/x is the square of 1/√x, and 1/(x y) is the product of 1/x and 1/y.
 //!
-//! In and out: a program. For mode `fast` alone: each factor rounds once more than a division would.
+//! In and out: a program. For mode `fast` only, because each factor adds a rounding.
 
 use crate::math::functions::Function;
 use crate::scalar::{Graph, Id, Node, Program};
 use rustc_hash::FxHashMap;
 
-/// Replaces the reciprocals that are made of others.
+/// Replaces reciprocals that can be computed from other reciprocals.
 pub(super) fn share(program: &Program) -> Program {
     let live = program.live();
-    // The live reciprocals, by what they are of, and those of square roots by what the root is of.
+    // The live reciprocals by operand, and the square roots that have a reciprocal, by the operand of the
+    // root.
     let mut known: FxHashMap<Id, Id> = FxHashMap::default();
     let mut roots: FxHashMap<Id, Id> = FxHashMap::default();
     for (id, node) in program.graph.iter().filter(|(id, _)| live[id.index()]) {
@@ -26,7 +27,7 @@ pub(super) fn share(program: &Program) -> Program {
         let at = |x: &Id| map[x.index()];
         let copy = match node {
             Node::Recip(x) if known.contains_key(x) => match (roots.get(x), program.graph.node(*x)) {
-                // The root stands before what is made of its reciprocal only if it was made before.
+                // The copy of the root is available only if the root precedes this node.
                 (Some(root), _) if *root < id => {
                     let inverse = graph.recip(at(root));
                     graph.product(&[(inverse, 2)])

@@ -1,7 +1,7 @@
-//! Division of every sum by the sums that exist already: where a value can be written with another one, it is.
+//! Division of every sum by existing sums, to write values in terms of other values.
 //!
-//! In and out: a [`Network`]. Weak division, as in logic synthesis: p = q d + r with d an existing sum, q and r found by
-//! matching terms; kept where p gets shorter.
+//! In and out: a [`Network`]. Weak division, as in logic synthesis: p = q d + r with d an existing sum; q and
+//! r are found by matching terms. The result is kept if p becomes shorter.
 
 use crate::math::exact::Exact;
 use crate::optimize::extract::term_cost;
@@ -9,10 +9,10 @@ use crate::optimize::network::{Network, Value};
 use crate::optimize::polynomial::{Atom, Monomials, Polynomial};
 use rustc_hash::FxHashMap;
 
-/// Sums of more terms are no divisors.
+/// The longest sum that is used as a divisor.
 const WIDE: usize = 8;
 
-/// Rewrites sums with existing ones; whether anything changed.
+/// Rewrites sums in terms of existing sums; returns whether anything changed.
 pub fn resubstitute(network: &mut Network) -> bool {
     let order = network.order();
     let mut frequency: FxHashMap<Atom, usize> = FxHashMap::default();
@@ -21,7 +21,7 @@ pub fn resubstitute(network: &mut Network) -> bool {
             network.each_operand(atom, |operand| *frequency.entry(operand).or_default() += 1);
         }
     }
-    // Divisors by their rarest atom: what they divide must hold it.
+    // Divisors by their rarest atom, which every dividend must contain.
     let mut divisors: FxHashMap<Atom, Vec<Atom>> = FxHashMap::default();
     let mut changed = false;
     let mut candidates: Vec<Atom> = Vec::new();
@@ -58,7 +58,7 @@ pub fn resubstitute(network: &mut Network) -> bool {
     changed
 }
 
-/// p written as quotient · divisor + rest, if that is shorter.
+/// p as quotient · divisor + rest, if that is shorter.
 fn divide(monomials: &mut Monomials, p: &Polynomial, by: &Polynomial, divisor: Atom) -> Option<Polynomial> {
     if by.len() > p.len() {
         return None;

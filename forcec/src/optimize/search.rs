@@ -1,10 +1,10 @@
-//! Local search around the greedy factoring: some values are dissolved into their users, everything is factored again,
-//! and what costs no more is kept.
+//! Local search around the greedy factoring: each round dissolves some values into their users, factors the
+//! network again, and keeps the result if it does not cost more.
 //!
-//! In and out: a [`Network`]. The choices come from a fixed seed and the rounds are counted, so the same input makes the
-//! same output everywhere. A value that carries a name stays, and so does a sum that can be exact where it is small:
-//! multiplied out, its users would lose what it saves. Nor is a product of two sums multiplied out. What is dissolved
-//! changes the error by a small factor only. A free search does not know of names.
+//! In and out: a [`Network`]. The random numbers have a fixed seed and rounds are counted, so the output is
+//! deterministic. Never dissolved: named values, except in a free search, and sums that can be exact when
+//! small, because their users would lose accuracy. A product of two sums is not expanded. Dissolving other
+//! values changes the error by a small factor only.
 
 use crate::optimize::extract::extract;
 use crate::optimize::network::{Network, Value};
@@ -12,13 +12,13 @@ use crate::optimize::polynomial::{Atom, Monomial};
 use crate::optimize::resubstitute::resubstitute;
 use rustc_hash::FxHashSet;
 
-/// What one round tries: `1/2^rarity` of the values, into sums of at most so many terms.
+/// One round: the share of values to try, `1/2^rarity`, and the longest sum that may result.
 struct Round {
     rarity: u32,
     longest: usize,
 }
 
-/// The rounds, over and over.
+/// The rounds, repeated cyclically.
 const ROUNDS: [Round; 8] = [
     Round { rarity: 0, longest: 6 },
     Round { rarity: 1, longest: 6 },
@@ -30,8 +30,8 @@ const ROUNDS: [Round; 8] = [
     Round { rarity: 3, longest: 6 },
 ];
 
-/// Searches for this many rounds, and no longer than so many in a row bring nothing; factors in at most so many steps;
-/// free of names.
+/// Searches for `rounds` rounds, or until `patience` rounds in a row bring no improvement. `steps` limits
+/// each factoring. `free` allows named values to be dissolved.
 pub fn search(network: &mut Network, rounds: usize, patience: usize, steps: usize, free: bool) {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let mut idle = 0;
@@ -62,7 +62,7 @@ pub fn search(network: &mut Network, rounds: usize, patience: usize, steps: usiz
     }
 }
 
-/// The sums that may be dissolved: nameless unless the search is free, never exact, read by sums alone.
+/// The sums that may be dissolved: unnamed unless the search is free, never exact, and read by sums only.
 fn dissolvable(network: &Network, free: bool) -> Vec<Atom> {
     let order = network.order();
     let mut stays = exact(network, &order);
@@ -81,8 +81,8 @@ fn dissolvable(network: &Network, free: bool) -> Vec<Atom> {
         .collect()
 }
 
-/// Which atoms can be known far better than to the rounding of what they are made of: inputs, pinned differences,
-/// numbers, and sums in which two of these can cancel.
+/// The atoms whose relative error can be far below that of their operands: inputs, pinned differences,
+/// numbers, and sums in which two exact terms can cancel.
 fn exact(network: &Network, order: &[Atom]) -> Vec<bool> {
     let mut exact = vec![false; network.values.len()];
     for &atom in order {
@@ -102,9 +102,9 @@ fn exact(network: &Network, order: &[Atom]) -> Vec<bool> {
     exact
 }
 
-/// Multiplies a sum out wherever it occurs, if its users stay short.
+/// Multiplies a sum out in all its users, if these stay at most `longest` terms long.
 ///
-/// A product of two sums stays one: where both are small, the terms of neither are.
+/// A product of two sums in `small` is not expanded: if both are small, their terms need not be.
 fn dissolve(
     network: &mut Network,
     users: &mut [Vec<Atom>],
@@ -146,7 +146,7 @@ fn dissolve(
     network.values[atom as usize] = Value::Dead;
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014): small, fast, and the same everywhere.
+/// SplitMix64 (Steele, Lea and Flood 2014): small, fast and deterministic.
 struct Random(u64);
 
 impl Random {

@@ -1,15 +1,16 @@
-//! Values that leave the range of floats where positions meet, taken apart into their users.
+//! Splits values that leave the range of floats where positions coincide, and moves their factors into their
+//! users.
 //!
-//! In and out: a [`Network`]. λ/J² times x yᵀ, with x and y columns of cofactors, is ordinary, but λ/J² is not. Such a
-//! value gives the factors that all its terms share to its users, as many as it takes; factoring then shares
-//! x/J instead. What carries a name stays, and so does what is on the way to a value that is as large or as small.
+//! In and out: a [`Network`]. With x and y columns of cofactors, λ/J² · x yᵀ has ordinary size but λ/J² has
+//! not. Factors common to all terms of such a value move to its users, as many as necessary; factoring then
+//! shares x/J instead. Named values are not split, nor are values whose users are equally large or small.
 
 use crate::math::exact::Exact;
 use crate::optimize::network::{Network, Value};
 use crate::optimize::polynomial::{Atom, Polynomial};
 use crate::scalar::valuation::Valuation;
 
-/// Takes values apart; whether there were any.
+/// Splits values; returns whether any was split.
 pub fn spread(network: &mut Network) -> bool {
     let mut valuations = network.valuations();
     let order = network.order();
@@ -35,7 +36,8 @@ pub fn spread(network: &mut Network) -> bool {
     changed
 }
 
-/// What the users of a value make of it, if that is nearer to the ordinary and the value far from it.
+/// The valuation nearest to 0 among a value's users, if the value is out of range and further from 0 than
+/// that.
 fn wanted(network: &Network, valuations: &[Valuation], users: &[Atom], atom: Atom) -> Option<Valuation> {
     let own = valuations[atom as usize];
     let of_atom = |atom: &Atom| valuations[*atom as usize];
@@ -50,8 +52,8 @@ fn wanted(network: &Network, valuations: &[Valuation], users: &[Atom], atom: Ato
     (!own.is_on_the_way_to(nearest)).then_some(nearest)
 }
 
-/// Gives the factors that all terms of a value share to its users, until what is left is on the way to what they make;
-/// whether there are any.
+/// Moves factors common to all terms of a value into its users, until the remaining value is in range or
+/// between 0 and the users' valuation. Returns whether anything moved.
 fn take_apart(
     network: &mut Network,
     valuations: &mut Vec<Valuation>,

@@ -1,9 +1,10 @@
-//! What functions do to errors: the value of each row of the function table, and what it passes on.
+//! Values and error propagation of the functions in the function table.
 //!
-//! In: a function, its arguments and how far each may be off. Out: the function's value, out of IEEE operations alone; and
-//! a bound on how far the value moves when the arguments move so far, by the mean value theorem: the largest derivative
-//! on the way, times the way. Infinite where the way may lead out of the domain. Derivatives themselves are rounded; the
-//! 2⁻⁴⁸ by which a bound is enlarged covers that where they do not cancel, and where they do it is written out.
+//! In: a function, its arguments and a bound on the error of each argument. Out: the value, computed with
+//! IEEE operations only; and a bound on the change of the value, by the mean value theorem: the largest
+//! derivative in the interval times the change of the argument; infinite if the interval may leave the
+//! domain. Derivatives are rounded too: the enlargement of bounds by 2⁻⁴⁸ covers that where they do not
+//! cancel, explicit terms where they do.
 
 use crate::math::functions::Function;
 use crate::math::number::Number;
@@ -14,7 +15,7 @@ use std::f64::consts::PI;
 const UNIT: f64 = f64::EPSILON / 2.0;
 const NONE: f64 = f64::INFINITY;
 
-/// The value, to about a unit in its last place. Families have none here.
+/// The value, to about a unit in the last place; `family` computes families.
 pub(super) fn value(function: Function, x: &[f64]) -> f64 {
     match function {
         Function::Cbrt => libm::cbrt(x[0]),
@@ -49,7 +50,7 @@ pub(super) fn value(function: Function, x: &[f64]) -> f64 {
             let x = Running::<Double>::known(x[0]);
             special::evaluate(function, &[x]).map_or(f64::NAN, |value| value.value())
         }
-        // Exact, or rounded as IEEE says; and families, which are asked of [`family`].
+        // Exact or correctly rounded functions; and families, which [`family`] computes.
         Function::Pi
         | Function::Abs
         | Function::Sqrt
@@ -61,11 +62,11 @@ pub(super) fn value(function: Function, x: &[f64]) -> f64 {
     }
 }
 
-/// The value of a function whose code is printed with the kernel, computed by that code.
+/// The value of a function whose code is printed with the kernel, computed by the same code.
 pub(super) fn family<N: Number>(function: Function, arguments: impl FnOnce() -> Vec<N>) -> Option<N> {
     match function {
         Function::CosSqrt(n) => Some(special::cos_sqrt(u32::from(n), arguments().swap_remove(0))),
-        // Its derivatives have zeros.
+        // The derivatives of `sinc` have zeros.
         Function::Sinc(_) => special::evaluate(function, &arguments()),
         Function::AngleRatio(n) => {
             let [m, w] = <[N; 2]>::try_from(arguments()).ok()?;
@@ -75,7 +76,7 @@ pub(super) fn family<N: Number>(function: Function, arguments: impl FnOnce() -> 
     }
 }
 
-/// How far the value moves at most where each argument moves by at most its error.
+/// A bound on the change of the value if each argument changes by at most its error.
 pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
     if errors.iter().all(|error| *error == 0.0) {
         return 0.0;
@@ -85,18 +86,18 @@ pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
     }
     let at = |function| value(function, x).abs();
     let (a, e) = (x[0], errors[0]);
-    // The end of the way nearest to zero.
+    // The end of the interval that is nearest to zero.
     let least = a.abs() - e;
     let positive = |x: f64, bound: &dyn Fn() -> f64| if x > 0.0 { bound() } else { NONE };
     // eᵗ − 1 ≤ t + t² for t ≤ 1, and cosh t ≤ 1 + t².
     let growth = |t: f64| if t <= 1.0 { t + t * t } else { NONE };
     match function {
-        // A root follows what is missing in its argument with its sign, see `Running::root`.
+        // `Running::root` propagates errors through a root, with their sign.
         Function::Pi | Function::Sqrt => 0.0,
         Function::Abs => e,
         Function::Signum => positive(least, &|| 0.0),
         Function::Min | Function::Max => e.max(errors[1]),
-        // ∛ is steepest at the near end, where it is at least |∛a| (1 − t).
+        // ∛ is steepest at the end nearest to zero, where it is at least |∛a| (1 − t).
         Function::Cbrt => positive(least, &|| at(Function::Cbrt) * e / (3.0 * least)),
         Function::Powf => positive(a - e, &|| {
             let relative = (x[1].abs() + errors[1]) * e / (a - e) + at(Function::Ln) * errors[1];
@@ -122,27 +123,30 @@ pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
             positive(1.0 - far, &|| e / ((1.0 - far) * (1.0 + far)).sqrt())
         }
         Function::Atan => e / (1.0 + least.max(0.0) * least.max(0.0)),
-        // The gradient is as long as 1 over the distance from the origin; the cut is the negative half of the second axis.
+        // The gradient has length 1/distance from the origin; the cut is the negative half of the second
+        // axis.
         Function::Atan2 => {
             let cut = x[1] - errors[1] <= 0.0 && least <= 0.0;
             let (distance, way) = (at(Function::Hypot), libm::hypot(e, errors[1]));
             positive(if cut { 0.0 } else { distance * (1.0 - 8.0 * UNIT) - way }, &|| way / (distance - way))
         }
-        // The derivative there, and half the largest second one on the way: sinh, cosh ≤ cosh a · eᵉ.
+        // The derivative at a, plus half the largest second derivative in the interval: sinh, cosh ≤ cosh a ·
+        // eᵉ.
         Function::Sinh => at(Function::Cosh) * (1.0 + growth(e)) * e,
         Function::Cosh => at(Function::Sinh) * e + at(Function::Cosh) * (1.0 + growth(e)) * e * e,
         Function::Tanh => {
             let r = at(Function::Tanh);
             e.min(((1.0 - r) * (1.0 + r) + 8.0 * UNIT) * e + e * e)
         }
-        // The first two derivatives of asinh are at most 1/(1 + x²)^(½, 1), the third at most twice that to the power 3/2.
+        // The first two derivatives of asinh are at most 1/(1 + x²)^(½, 1), the third at most twice the power
+        // 3/2 of that.
         Function::Asinh(n) => {
             let slope = value(Function::Asinh(1), &[least.max(0.0)]);
             (0..n).fold(e * f64::from(n.max(1)), |bound, _| bound * slope) * slope
         }
-        // Derivatives of acosh fall in size.
+        // Derivatives of acosh decrease in size.
         Function::Acosh(n) => positive(a - e - 1.0, &|| e * value(Function::Acosh(n + 1), &[a - e]).abs()),
-        // Those of atanh grow towards ±1.
+        // Derivatives of atanh increase towards ±1.
         Function::Atanh(n) => {
             let far = (a.abs() + e) * (1.0 + 4.0 * UNIT);
             positive(1.0 - far, &|| e * value(Function::Atanh(n + 1), &[far]))
@@ -159,12 +163,12 @@ pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
         Function::Softplus => e * value(Function::Logistic, &[a + e]),
         Function::LnCosh => e * libm::tanh(a.abs() + e),
         Function::Hypot => libm::hypot(e, errors[1]),
-        // The gradient is no longer than 1 over the distance from the origin.
+        // The gradient is at most as long as 1/distance from the origin.
         Function::HypotSlope => {
             let (distance, way) = (at(Function::Hypot), libm::hypot(e, errors[1]));
             positive(distance * (1.0 - 8.0 * UNIT) - way, &|| way / (distance - way))
         }
-        // |dᵏ/dsᵏ cos √s| is largest at 0, k!/(2k)!; below zero it grows no faster than eᵗ.
+        // ᵏ/dsᵏ cos √s| is largest at 0, k!/(2k)!; below zero it grows no faster than eᵗ.
         Function::CosSqrt(n) => {
             let largest = (1..=u32::from(n) + 1).fold(1.0, |f, k| f / f64::from(4 * k - 2));
             let below = (e - a).max(0.0);
@@ -174,9 +178,9 @@ pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
     }
 }
 
-/// The nth derivative by m of A = atan2(√m, w)/√m. By w its derivative is (−1)ⁿ⁺¹ n!/(m + w²)ⁿ⁺¹. By m: for w > 0
-/// A = ∫₀¹ w/(w² + m t²) dt, so that |A⁽ᵏ⁾| falls with m and is at most w⁺/w⁻ times that at the least w. For w ≤ 0
-/// A = π/√m − A(m, |w|), so that |A⁽ᵏ⁾| is at most that of π/√m.
+/// The nth derivative by m of A = atan2(√m, w)/√m. Its derivative by w is (−1)ⁿ⁺¹ n!/(m + w²)ⁿ⁺¹. Derivatives
+/// by m, for w > 0: A = ∫₀¹ w/(w² + m t²) dt, so |A⁽ᵏ⁾| falls with m and is at most w⁺/w⁻ times its value at
+/// the least w. For w ≤ 0: A = π/√m − A(m, |w|), so |A⁽ᵏ⁾| is at most the kth derivative of π/√m in size.
 fn angle_ratio(n: u32, [m, w]: [f64; 2], [of_m, of_w]: [f64; 2]) -> f64 {
     let m = m - of_m;
     let near = (w.abs() - of_w).max(0.0);

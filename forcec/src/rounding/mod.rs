@@ -1,10 +1,10 @@
-//! How far rounding may take what a kernel computes: running error analysis of its statements.
+//! Bounds on the rounding error of a kernel's outputs, by running error analysis of its statements.
 //!
-//! In: a kernel and a precision. Out: for each of its results a bound on its error relative to its largest entry, over
-//! states drawn within the domains of the parameters. The statements that are printed are evaluated, in the order and
-//! with the association that they have, each value with a rigorous bound of its error (`running.rs`): Wilkinson's running
-//! error analysis, Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §3.3. Only IEEE operations are used,
-//! and functions made of them, so that the bounds are the same on every machine.
+//! In: a kernel and a precision. Out: for each output a bound on its error relative to its largest entry,
+//! over states drawn within the domains of the parameters. The printed statements are evaluated in their
+//! order and association, each value with a rigorous error bound (`running.rs`): Wilkinson's running error
+//! analysis, Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §3.3. The analysis uses IEEE
+//! operations and functions made of them only, so the bounds are reproducible on every platform.
 
 mod functions;
 #[cfg(feature = "verify")]
@@ -19,44 +19,44 @@ use crate::sample::states::{Family, Random, draw, seed};
 use running::{Double, Running, Signed, Single};
 use std::cell::Cell;
 
-/// States behind what the head of a kernel says.
+/// The number of states behind the bounds in a kernel's head comment.
 pub const STATES: usize = 16;
-/// Draws for a state with a force before one without will do, and draws for a regular state before the search ends.
+/// Draws per state that must have a force, before a state without force is accepted.
 const DRAWS: u64 = 12;
 
-/// What rounding may do to one result.
+/// The error bound of one output.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Bound {
-    /// The result.
+    /// The output.
     pub part: Part,
-    /// The largest bound of an entry's error relative to the largest entry, over the states that have one.
+    /// The largest ratio of an entry's error bound to the largest entry, over states with a bound.
     pub relative: f64,
-    /// States at which nothing bounds the error by the largest entry: a quotient whose divisor may be zero, a choice that
-    /// rounding may turn, or sums that cancel to the last digit.
+    /// The number of states without a bound: a divisor may be zero, rounding may change a branch, or sums
+    /// cancel to the last digit.
     pub unbounded: usize,
 }
 
-/// What rounding may do to the results of a kernel.
+/// The error bounds of a kernel's outputs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Rounding {
-    /// What the kernel computes in.
+    /// The precision of the kernel's operations.
     pub precision: Precision,
-    /// How many states were drawn.
+    /// The number of states.
     pub states: usize,
-    /// The results that are not zero at every state.
+    /// The bounds of outputs that are nonzero at some state.
     pub bounds: Vec<Bound>,
 }
 
-/// One entry as a kernel computes it.
+/// One entry of an output, as a kernel computes it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Entry {
-    /// What the kernel returns.
+    /// The returned value.
     pub value: f64,
-    /// How far that is at most from what its statements give without rounding; infinite where nothing bounds it.
+    /// A bound on the distance to the value of the statements without rounding; infinite if unknown.
     pub error: f64,
 }
 
-/// The statements of a kernel, ready to be evaluated at states.
+/// A kernel, prepared for evaluation at states.
 pub struct Analysis<'a> {
     kernel: &'a Kernel,
     precision: Precision,
@@ -66,7 +66,7 @@ pub struct Analysis<'a> {
 }
 
 impl<'a> Analysis<'a> {
-    /// Of this kernel, computing in this precision.
+    /// Prepares a kernel that computes in this precision.
     pub fn new(kernel: &'a Kernel, precision: Precision) -> Analysis<'a> {
         let signature = kernel.given();
         let last: Vec<&str> = signature.parameters.iter().rev().take(2).map(|p| p.name.as_str()).collect();
@@ -78,7 +78,7 @@ impl<'a> Analysis<'a> {
         }
     }
 
-    /// A state of a family, in numbers that the kernel can take.
+    /// A random state of a family, rounded to the kernel's precision.
     pub fn state(&self, family: Family, number: u64) -> Vec<f64> {
         let mut random = Random::new(seed(1, family, number));
         let mut values = draw(&self.places, self.gains, family, number as usize, &mut random).values;
@@ -88,14 +88,15 @@ impl<'a> Analysis<'a> {
         values
     }
 
-    /// The entry of an argument among the values of a state.
+    /// The value of an argument's entry at a state.
     pub fn input(&self, values: &[f64], slot: Slot) -> f64 {
         values[self.places.place(slot)]
     }
 
-    /// Every entry of every result, row by row.
+    /// All entries of all outputs, row by row.
     pub fn entries(&self, values: &[f64]) -> Vec<Entry> {
-        // Doubled precision computes what sums and products lose: bounds of their size do not see that it does.
+        // Doubled precision computes the rounding errors of sums and products; unsigned bounds would ignore
+        // that.
         match (self.precision, self.kernel.schedule.doubled) {
             (Precision::F64, false) => self.evaluate::<Double>(values),
             (Precision::F32, false) => self.evaluate::<Single>(values),
@@ -112,7 +113,7 @@ impl<'a> Analysis<'a> {
         found.iter().map(|x| Entry { value: x.value(), error: error(x) }).collect()
     }
 
-    /// Each result with its number of entries.
+    /// The outputs with their numbers of entries.
     pub fn parts(&self) -> Vec<(Part, usize)> {
         match &self.kernel.packing {
             Some(packing) => packing.tables.iter().map(|table| (table.part, table.entries.len())).collect(),
@@ -127,8 +128,8 @@ impl<'a> Analysis<'a> {
         self.kernel.given()
     }
 
-    /// The entries at a regular state: the first of a few draws at which all are finite and some not zero, else one at which
-    /// all are finite.
+    /// A regular state and its entries: of a few draws the first with finite entries of which some are
+    /// nonzero, else one with finite entries.
     pub fn regular(&self, family: Family, index: usize) -> Option<(Vec<f64>, Vec<Entry>)> {
         let mut passive = None;
         for number in 0..DRAWS {
@@ -145,7 +146,7 @@ impl<'a> Analysis<'a> {
     }
 }
 
-/// The bound of each result over states that were evaluated.
+/// The bound of each output over evaluated states.
 pub fn bounds(analysis: &Analysis, states: &[Vec<Entry>]) -> Vec<Bound> {
     let mut start = 0;
     let mut bounds = Vec::new();
@@ -166,7 +167,8 @@ pub fn bounds(analysis: &Analysis, states: &[Vec<Entry>]) -> Vec<Bound> {
     bounds
 }
 
-/// The largest bound relative to the least that the largest exact entry can be, rounded up; `None` where that is nothing.
+/// The largest error bound over a lower bound of the largest exact entry, rounded up; `None` if that is not
+/// positive.
 pub fn relative(entries: &[Entry]) -> Option<f64> {
     let error = entries.iter().map(|entry| entry.error).fold(0.0, f64::max);
     let size = entries.iter().map(|entry| entry.value.abs() - entry.error).fold(0.0, f64::max);
@@ -177,7 +179,7 @@ pub fn relative(entries: &[Entry]) -> Option<f64> {
     }
 }
 
-/// What rounding may do to the results of a kernel, at random states.
+/// The error bounds of a kernel's outputs at random states.
 pub fn rounding(kernel: &Kernel, precision: Precision) -> Rounding {
     let analysis = Analysis::new(kernel, precision);
     let states = (0..STATES).filter_map(|index| analysis.regular(Family::Random, index));
@@ -186,7 +188,7 @@ pub fn rounding(kernel: &Kernel, precision: Precision) -> Rounding {
 }
 
 impl Rounding {
-    /// What the head of a kernel says, in a line or two; nothing of a kernel that has no regular state.
+    /// The sentences in the head comment of a kernel; none if no state is regular.
     pub fn lines(&self) -> Vec<String> {
         let told = self.bounds.iter().filter(|bound| bound.unbounded < self.states);
         let told: Vec<String> = told
@@ -213,7 +215,7 @@ impl Rounding {
     }
 }
 
-/// Two digits, not below x.
+/// A number as decimal text with two digits, rounded up.
 pub fn upward(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
@@ -225,6 +227,6 @@ pub fn upward(x: f64) -> String {
     }
     let (digits, exponent) = text.split_once('e').expect("a number with an exponent");
     let tenths = digits.replace('.', "").parse::<u32>().map_or(99, |tenths| tenths) + 1;
-    // 10.0e3 reads as well as 1.0e4.
+    // 10.0e3 is a valid number and prints as 1.0e4.
     format!("{:.1e}", reads(&format!("{tenths}e{exponent}")) / 10.0)
 }

@@ -1,7 +1,7 @@
-//! How far a kernel is off where it was evaluated: its statements in 320 bits.
+//! Observed rounding errors of a kernel: its statements evaluated in 320 bits.
 //!
-//! In: an analysis and a state. Out: for each entry of its results the error of what the kernel returns, rounded to a
-//! double. It is never above the bound of [`crate::rounding::Analysis::entries`], which is tested for every kernel of the library.
+//! In: an analysis and a state. Out: the error of each returned entry, rounded to a double. It never exceeds
+//! the bound of [`crate::rounding::Analysis::entries`]; a test checks that for every kernel of the library.
 
 use crate::kernel::{Kernel, Precision};
 use crate::model::outputs::Part;
@@ -10,7 +10,8 @@ use crate::sample::states::Family;
 use crate::verify::big::Big;
 
 impl Analysis<'_> {
-    /// The errors of entries that were computed at this state; `None` where the statements have no value without rounding.
+    /// The exact entries and the errors of the computed `entries`; `None` if the statements have no exact
+    /// value at this state.
     pub fn observed(&self, values: &[f64], entries: &[Entry]) -> Option<Vec<Entry>> {
         let input = |slot| Big::from_f64(self.input(values, slot));
         let exact = self.kernel.evaluate(&input)?;
@@ -22,24 +23,24 @@ impl Analysis<'_> {
     }
 }
 
-/// What was found of one result over some states.
+/// Bounds and observed errors of one output over some states.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Comparison {
-    /// The result.
+    /// The output.
     pub part: Part,
-    /// The largest bound of an error relative to the largest entry, over the states that have one.
+    /// The largest ratio of an error bound to the largest entry, over states with a bound.
     pub bound: f64,
-    /// The largest error there, likewise.
+    /// The largest ratio of an error to the largest entry, over the same states.
     pub observed: f64,
-    /// The largest quotient of an entry's error and its bound.
+    /// The largest ratio of an entry's error to its bound.
     pub quotient: f64,
-    /// States that were compared.
+    /// The number of compared states.
     pub states: usize,
-    /// States at which nothing bounds the error by the largest entry.
+    /// The number of states without a bound.
     pub unbounded: usize,
 }
 
-/// Bounds beside errors of every result, over as many states of each of some families as the head of a kernel speaks of.
+/// Compares bounds with errors, for every output, at [`STATES`] states of each family.
 pub fn compare(kernel: &Kernel, precision: Precision, families: &[Family]) -> Vec<Comparison> {
     let analysis = Analysis::new(kernel, precision);
     let none =
@@ -58,7 +59,7 @@ pub fn compare(kernel: &Kernel, precision: Precision, families: &[Family]) -> Ve
 }
 
 impl Comparison {
-    /// Takes in the entries of one state, what they are off by beside what they were bounded by.
+    /// Adds one state: the entries with their bounds, and the exact entries with the errors.
     fn see(&mut self, entries: &[Entry], errors: &[Entry]) {
         self.states += 1;
         let pairs = entries.iter().zip(errors).filter(|(_, error)| error.error > 0.0);

@@ -1,11 +1,12 @@
-//! Numbers as a kernel computes them, each with a bound of how far it is from what it stands for.
+//! Floating-point numbers with a rigorous bound on their error.
 //!
-//! In: inputs, which are what they are, and operations. Out: the rounded result of each operation, and a bound that holds
-//! for the same operations without rounding: what the operands pass on, products of errors included, and what the
-//! operation itself rounds, half a unit in the last place of its result. Bounds are rounded up: every one is a sum of at
-//! most ten products of numbers that are not negative, and is then enlarged by 2⁻⁴⁸ of itself. An operation that loses
-//! nothing, as that of nearby numbers or by a power of two, adds nothing. Operations are IEEE's, subnormal numbers
-//! included; what overflows has no bound.
+//! In: inputs, which are exact, and operations. Out: the rounded result of each operation, and a bound on its
+//! distance to the exact value, the result of the same operations without rounding. The bound contains the
+//! propagated errors of the operands, products of errors included, and the rounding of the operation, half a
+//! unit in the last place of the result. Bounds are rounded up: each is a sum of at most ten products of
+//! nonnegative numbers, enlarged by the factor 1 + 2⁻⁴⁸. Exact operations, such as subtraction of nearby
+//! numbers or multiplication by a power of two, add nothing. Operations follow IEEE 754, subnormal numbers
+//! included; a result that overflows has no bound.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
@@ -15,25 +16,25 @@ use std::cell::Cell;
 use std::marker::PhantomData;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A floating point format, its numbers held as doubles.
+/// A floating-point format; its numbers are stored as doubles.
 pub(super) trait Format: Copy {
-    /// Whether what an operation loses is computed and followed with its sign, and not only bounded.
+    /// Whether rounding errors are computed with their signs, not only bounded.
     const SIGNED: bool = false;
     /// Half the distance from 1 to the next number.
     const UNIT: f64;
-    /// The least normal number.
+    /// The smallest positive normal number.
     const NORMAL: f64;
-    /// The least number.
+    /// The smallest positive number.
     const LEAST: f64;
 
-    /// The nearest number of the format. The sum, product or quotient of two of its numbers, or a root, rounded to a
-    /// double first, comes out the same: a double has more than twice the digits (Figueroa 1995).
+    /// Rounds to the format. For a sum, product, quotient or root that was rounded to a double first, the
+    /// result is correctly rounded: a double has more than twice the digits (Figueroa 1995).
     fn round(x: f64) -> f64;
 
     /// x y + z, rounded once.
     fn fused(x: f64, y: f64, z: f64) -> f64;
 
-    /// The nearest to an exact number.
+    /// The nearest number of the format to an exact number.
     fn nearest(value: &Exact) -> f64;
 }
 
@@ -81,7 +82,7 @@ impl Format for Single {
     }
 }
 
-/// The same format; what operations lose is followed with its sign.
+/// The same format, with signed rounding errors.
 #[derive(Clone, Copy)]
 pub(super) struct Signed<F>(PhantomData<F>);
 
@@ -104,36 +105,37 @@ impl<F: Format> Format for Signed<F> {
     }
 }
 
-/// The least double.
+/// The smallest positive double.
 const LEAST: f64 = f64::MIN_POSITIVE * f64::EPSILON;
-/// What stands for the roundings of a bound itself.
+/// The factor that covers the rounding of a bound itself.
 const UP: f64 = 1.0 + 1.0 / (1u64 << 48) as f64;
-/// Between this and its inverse the loss of a product or quotient of doubles is a double.
+/// Between this and its inverse, a double can represent the rounding error of a product or quotient.
 const SMALL: f64 = 1e-270;
 
-/// A bound, rounded up.
+/// Rounds a bound up.
 pub(super) fn up(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x * UP }
 }
 
-/// x y of a bound: not zero for a product that is not.
+/// The product of two bounds; positive if both factors are.
 pub(super) fn times(x: f64, y: f64) -> f64 {
     if x == 0.0 || y == 0.0 { 0.0 } else { x * y + LEAST }
 }
 
-/// A number of a kernel, and how far it may be from what it stands for, which is value + drift, give or take the rest.
-/// The drift is zero unless losses are followed.
+/// A computed number with its error: the exact value is value + drift, up to ± rest. Without signed rounding
+/// errors the drift is zero.
 #[derive(Clone, Copy)]
 pub(super) struct Running<'s, F> {
     value: f64,
     drift: f64,
     rest: f64,
-    /// Where it is noted that a choice may go the other way.
+    /// The flag that is set if rounding may change a comparison.
     undecided: Option<&'s Cell<bool>>,
     format: PhantomData<F>,
 }
 
-/// What is missing between a value and what it stands for: terms of a drift, and the rest.
+/// The exact value minus the computed value: a signed estimate, `drift`, and a bound on the remainder,
+/// `rest`.
 #[derive(Clone, Copy, Default)]
 struct Missing {
     drift: f64,
@@ -141,12 +143,12 @@ struct Missing {
 }
 
 impl Missing {
-    /// Nothing but a bound.
+    /// A bound without an estimate.
     fn at_most(rest: f64) -> Missing {
         Missing { drift: 0.0, rest }
     }
 
-    /// Σ of terms, with their own rounding in the rest.
+    /// Adds terms to the drift, and their rounding errors to the rest.
     fn plus(self, terms: &[f64], rest: f64) -> Missing {
         let drift = terms.iter().fold(self.drift, |sum, term| sum + term);
         let size = terms.iter().fold(self.drift.abs(), |sum, term| sum + term.abs());
@@ -156,12 +158,13 @@ impl Missing {
 }
 
 impl<'s, F: Format> Running<'s, F> {
-    /// An argument of the kernel. Choices that depend on it and that rounding may turn are noted.
+    /// An argument of the kernel; a comparison that depends on it and that rounding may change sets
+    /// `undecided`.
     pub(super) fn input(value: f64, undecided: &'s Cell<bool>) -> Running<'s, F> {
         Running { undecided: Some(undecided), ..Running::known(value) }
     }
 
-    /// A number that is what it is.
+    /// An exact number.
     pub(super) fn known(value: f64) -> Running<'s, F> {
         Running { value, drift: 0.0, rest: 0.0, undecided: None, format: PhantomData }
     }
@@ -170,12 +173,12 @@ impl<'s, F: Format> Running<'s, F> {
         self.value
     }
 
-    /// At most how far the value is from what it stands for.
+    /// A bound on the distance to the exact value.
     pub(super) fn error(self) -> f64 {
         if self.drift == 0.0 { self.rest } else { up(self.drift.abs() + self.rest) }
     }
 
-    /// A result of these operands, and what is missing in it.
+    /// A result of these operands, with its error.
     fn of(operands: &[Running<'s, F>], value: f64, missing: Missing) -> Running<'s, F> {
         let rest = up(missing.rest);
         let bounded = value.is_finite() && missing.drift.is_finite() && !rest.is_nan();
@@ -188,15 +191,15 @@ impl<'s, F: Format> Running<'s, F> {
         }
     }
 
-    /// At most what rounding to this number loses.
+    /// The largest rounding error if the rounded result is `value`.
     fn half_unit(value: f64) -> f64 {
-        /// A double without its fraction is the power of two below it.
+        /// The exponent bits: a double without its fraction is a power of two.
         const EXPONENT: u64 = 0x7ff << 52;
         let size = value.abs();
         if size >= F::NORMAL { f64::from_bits(size.to_bits() & EXPONENT) * F::UNIT } else { F::LEAST }
     }
 
-    /// What rounding to `value` loses where the result is `wide` + `lost`.
+    /// The error of rounding `wide` + `lost` to `value`.
     fn rounded(value: f64, wide: f64, lost: Option<f64>) -> Missing {
         match lost {
             Some(0.0) if value == wide => Missing::default(),
@@ -214,7 +217,7 @@ impl<'s, F: Format> Running<'s, F> {
         Self::of(&[self, other], value, missing.plus(&passed, self.rest + other.rest))
     }
 
-    /// What a product adds to what is missing.
+    /// Adds the propagated errors of a product's factors.
     fn through(self, other: Self, missing: Missing) -> Missing {
         let (x, y) = (self.value.abs(), other.value.abs());
         let rest = times(x, other.rest) + times(y, self.rest) + times(self.error(), other.error());
@@ -222,14 +225,14 @@ impl<'s, F: Format> Running<'s, F> {
     }
 }
 
-/// A sum of two doubles, and what it loses (Knuth).
+/// The sum of two doubles and its rounding error (Knuth).
 fn exact_sum(x: f64, y: f64) -> (f64, f64) {
     let sum = x + y;
     let second = sum - x;
     (sum, (x - (sum - second)) + (y - second))
 }
 
-/// A product of two doubles, and what it loses, unless that may be too small for a double.
+/// The product of two doubles and its rounding error, unless a double may be unable to represent the error.
 fn exact_product(x: f64, y: f64) -> (f64, Option<f64>) {
     let product = x * y;
     let zero = x == 0.0 || y == 0.0;
@@ -347,16 +350,16 @@ impl<F: Format> Arithmetic for Running<'_, F> {
         let errors: Vec<f64> = x.iter().map(|x| x.error()).collect();
         let passed = functions::passed(function, &values, &errors);
         if let Some(own) = functions::family(function, || {
-            // Its code is printed with the kernel; here it rounds, from arguments that are what they are. Either way of it
-            // is right, so that it does not matter which is taken.
+            // Runs the code that is printed with the kernel, with exact arguments; its running error covers
+            // either side of a comparison that rounding may change.
             x.iter().map(|x| Self::known(x.value)).collect()
         }) {
-            // What its series leaves out is far below a unit.
+            // The truncation error of its series is far below a unit.
             let rest = passed + own.error() + Self::half_unit(own.value);
             return Self::of(x, own.value, Missing::at_most(rest));
         }
         let value = F::round(functions::value(function, &values));
-        // A unit is of the exact result; twice as many of what was returned are more.
+        // `units` refers to the exact result; twice as many units of the returned value are more.
         let units = function.units();
         let rounded = if units == 0.0 { 0.0 } else { times(2.0 * units * F::UNIT, value.abs()) + F::LEAST };
         Self::of(x, value, Missing::at_most(passed + rounded))

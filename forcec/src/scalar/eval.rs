@@ -20,6 +20,7 @@ impl<N> Outputs<N> {
     }
 
     /// The entries of a result, row by row; none if it is not computed.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub fn part(&self, part: Part) -> &[N] {
         outputs::entries(&self.0, part)
     }

@@ -14,6 +14,7 @@ pub struct File {
     /// The text the spans point into.
     pub source: Source,
     /// Its `//!` comment, a line each, without the leading space.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub docs: Vec<String>,
     /// The functions, helpers included, in source order.
     pub functions: Vec<Function>,
@@ -27,6 +28,7 @@ pub struct File {
 
 impl File {
     /// The force functions, in source order.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub fn forces(&self) -> impl Iterator<Item = &Function> {
         self.functions.iter().filter(|f| f.kind != FunctionKind::Helper)
     }
@@ -266,11 +268,13 @@ impl Expressions {
     }
 
     /// How many there are.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
     /// Whether there is none.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

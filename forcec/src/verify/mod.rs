@@ -12,8 +12,10 @@ mod differences;
 mod dual;
 mod invariants;
 mod judge;
+#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
 mod mutate;
 mod oracle;
+#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
 pub mod probe;
 pub(crate) mod render;
 mod report;
@@ -22,16 +24,19 @@ pub(crate) mod source;
 pub(crate) mod tape;
 mod written;
 
+#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
 pub use crate::sample::inputs::Inputs;
 pub use crate::sample::states::Family;
 pub use chosen::check_chosen;
-pub use judge::{Evaluate, Printed};
+#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+pub use judge::Evaluate;
+pub use judge::Printed;
+#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
 pub use mutate::{Mutation, apply, mutate, mutations};
 pub use render::{json, table};
-pub use report::{
-    Branch, Broken, Comparison, Coverage, Differences, Entry, Invariant, Report, TextComparison, TextEntry,
-    Verdict,
-};
+#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+pub use report::{Branch, Broken, Invariant, TextEntry};
+pub use report::{Comparison, Coverage, Differences, Entry, Report, TextComparison, Verdict};
 
 use crate::model::bodies::{ParameterType, Role};
 use crate::model::outputs::{Output, Part};
@@ -89,6 +94,7 @@ const LEAST_FAMILIES: usize = 5;
 const SHARP: f64 = 1e-6;
 
 /// Checks what a kernel computes.
+#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
 pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     check_printed(subject, &[], options)
 }

@@ -155,11 +155,13 @@ pub(crate) fn columns(rows: &[Vec<String>], left: impl Fn(usize) -> bool) -> Str
 
 impl Report {
     /// This kernel's line under a heading, and what failed.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub fn table(&self) -> String {
         table(std::slice::from_ref(self))
     }
 
     /// The report as a JSON object.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub fn json(&self) -> String {
         object(self)
     }

@@ -320,6 +320,7 @@ impl Report {
     }
 
     /// Number of states redrawn.
+    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
     pub fn singular(&self) -> usize {
         self.coverage.iter().map(|c| c.singular).sum()
     }

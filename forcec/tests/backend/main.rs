@@ -3,13 +3,13 @@
 mod programs;
 mod prose;
 
-use forcec::emit;
-use forcec::kernel::{File, Kernel, Precision, Target};
-use forcec::model::bodies::Slot;
-use forcec::names::Arguments;
-use forcec::scalar::eval::{self, Outputs};
-use forcec::scalar::{Operations, Program};
-use forcec::schedule::{Style, schedule};
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Kernel, Precision, Target};
+use forcec::internals::model::bodies::Slot;
+use forcec::internals::names::Arguments;
+use forcec::internals::scalar::eval::{self, Outputs};
+use forcec::internals::scalar::{Operations, Program};
+use forcec::internals::schedule::{Style, schedule};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -187,7 +187,8 @@ fn driver(target: Target) -> String {
                 for (index, (parameter, field)) in signature.parameters.iter().zip(fields).enumerate() {
                     for offset in 0..parameter.ty.length() as u32 {
                         let slot = signature.parameter_slot(index, offset);
-                        let indices = forcec::model::bodies::indices(&parameter.ty.extents(), offset);
+                        let indices =
+                            forcec::internals::model::bodies::indices(&parameter.ty.extents(), offset);
                         let indices: String = indices.iter().map(|i| format!("[{i}]")).collect();
                         let value = programs::input(signature, slot);
                         text.push_str(&format!("params.{field}{indices} = {value:?};\n"));

@@ -1,11 +1,13 @@
 //! Programs built by hand and at random, for the back end to print.
 
-use forcec::math::exact::Exact;
-use forcec::math::functions::Function;
-use forcec::math::number::Comparison;
-use forcec::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot};
-use forcec::model::outputs::{Output, Part};
-use forcec::scalar::{Graph, Id, Program};
+use forcec::internals::math::exact::Exact;
+use forcec::internals::math::functions::Function;
+use forcec::internals::math::number::Comparison;
+use forcec::internals::model::bodies::{
+    Body, BodyKind, Domain, Parameter, ParameterType, Role, Signature, Slot,
+};
+use forcec::internals::model::outputs::{Output, Part};
+use forcec::internals::scalar::{Graph, Id, Program};
 
 fn body(name: &str, kind: BodyKind) -> Body {
     Body { name: name.to_owned(), kind, fixed: false }

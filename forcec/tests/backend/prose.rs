@@ -1,9 +1,9 @@
 //! What an author writes in comments and calls a file, in kernels: no compiler refuses it, nor runs it.
 
-use forcec::compile::{Request, compile};
-use forcec::emit;
-use forcec::kernel::{File, Precision, Target};
-use forcec::source::span::Source;
+use forcec::internals::compile::{Request, compile};
+use forcec::internals::emit;
+use forcec::internals::kernel::{File, Precision, Target};
+use forcec::internals::source::span::Source;
 use std::collections::BTreeSet;
 
 /// What targets print of a force file.

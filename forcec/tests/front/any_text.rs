@@ -1,9 +1,9 @@
 //! Any text at all: nothing panics, hangs or overflows.
 
 use super::{PROGRAM, compile};
-use forcec::check;
-use forcec::source::diagnostic::Severity;
-use forcec::syntax;
+use forcec::internals::check;
+use forcec::internals::source::diagnostic::Severity;
+use forcec::internals::syntax;
 
 /// Neither a panic nor an overflow; returns whether there was no error.
 fn survives(text: &str) -> bool {

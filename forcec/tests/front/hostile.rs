@@ -7,8 +7,8 @@
 mod any_options;
 
 use any_options::any_options;
-use forcec::source::span::Source;
-use forcec::{check, syntax};
+use forcec::internals::source::span::Source;
+use forcec::internals::{check, syntax};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Mutex;

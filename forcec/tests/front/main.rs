@@ -7,10 +7,10 @@ mod meaning;
 mod messages;
 mod values;
 
-use forcec::check::{self, Checked};
-use forcec::source::diagnostic::Diagnostics;
-use forcec::source::span::Source;
-use forcec::syntax::{self, ast};
+use forcec::internals::check::{self, Checked};
+use forcec::internals::source::diagnostic::Diagnostics;
+use forcec::internals::source::span::Source;
+use forcec::internals::syntax::{self, ast};
 
 /// Parses and checks a text.
 fn compile(text: &str) -> Result<(ast::File, Checked), Diagnostics> {

@@ -2,7 +2,7 @@
 
 use super::values::{agreed, zero};
 use super::{PROGRAM, accepted};
-use forcec::vector::definition::Law;
+use forcec::internals::vector::definition::Law;
 
 #[test]
 fn vectors() {

@@ -3,10 +3,10 @@
 //! A wrong input is a file `tests/wrong/NAME.rs` with its message in `NAME.stderr`; `FORCEC_BLESS=1` writes messages.
 
 use super::{PROGRAM, accepted};
-use forcec::check;
-use forcec::source::diagnostic::Diagnostics;
-use forcec::source::span::Source;
-use forcec::syntax;
+use forcec::internals::check;
+use forcec::internals::source::diagnostic::Diagnostics;
+use forcec::internals::source::span::Source;
+use forcec::internals::syntax;
 use std::path::Path;
 
 /// The messages of the warnings of an energy with this body.

@@ -1,10 +1,11 @@
 //! Values of graphs at made-up arguments: whether what was simplified still means what was written.
 
 use super::{accepted, compile};
-use forcec::math::number::Comparison;
-use forcec::vector::definition::{Definition, Law, Row};
-use forcec::vector::{Graph, Node};
-use forcec::{Specialization, check};
+use forcec::Specialization;
+use forcec::internals::check;
+use forcec::internals::math::number::Comparison;
+use forcec::internals::vector::definition::{Definition, Law, Row};
+use forcec::internals::vector::{Graph, Node};
 
 /// A number between −1 and 1 that depends on its place only.
 fn noise(seed: u64) -> f64 {
@@ -16,7 +17,7 @@ fn noise(seed: u64) -> f64 {
 }
 
 fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
-    use forcec::model::bodies::{Role, Slot};
+    use forcec::internals::model::bodies::{Role, Slot};
     let raw = |slot: Slot, offset: u32| {
         let place = (u64::from(slot.argument) << 40) + (u64::from(slot.field) << 32) + u64::from(offset);
         noise(seed.wrapping_mul(7919) + place)
@@ -26,7 +27,7 @@ fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {
             || graph
                 .signature
                 .parameter(slot)
-                .is_some_and(|p| p.ty == forcec::model::bodies::ParameterType::Quaternion);
+                .is_some_and(|p| p.ty == forcec::internals::model::bodies::ParameterType::Quaternion);
         let length = if quaternion { (0..4).map(|k| raw(slot, k).powi(2)).sum::<f64>().sqrt() } else { 1.0 };
         raw(slot, offset) / length
     };

@@ -206,6 +206,7 @@ pub(crate) fn instead(name: &str, on: &Type) -> Option<&'static str> {
 }
 
 /// The table as the reference prints it: called on, written as, returns, is.
+#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
 pub fn reference() -> Vec<[String; 4]> {
     all()
         .map(|row| {
