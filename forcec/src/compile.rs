@@ -1,6 +1,6 @@
-//! The pipeline on one screen: a source text to kernels.
+//! The pipeline, from a source text to kernels.
 //!
-//! text → AST → checked → vector graph → derivatives → optimised scalars → statements; `targets` turns these into text.
+//! text → AST → checked → vector graph → derivatives → optimised scalars → statements; `emit` prints these.
 
 use crate::derive::derive;
 use crate::kernel::{Kernel, Once, Preparation};
@@ -28,7 +28,7 @@ use crate::{check, syntax};
 use std::time::{Duration, Instant};
 
 impl Stages {
-    /// What the kernel computes, in order.
+    /// The outputs that the kernel computes, in order.
     pub fn outputs(&self) -> Vec<Part> {
         self.program.arrays.iter().map(|array| array.part).collect()
     }
@@ -36,39 +36,39 @@ impl Stages {
 
 /// A compiled source text.
 pub struct Compiled {
-    /// The text.
+    /// The source text.
     pub source: Source,
-    /// Its doc comment, a line each.
+    /// Lines of its doc comment.
     pub docs: Vec<String>,
-    /// The names of all its force functions, compiled or not.
+    /// Names of all its force functions, compiled or not.
     pub names: Vec<String>,
-    /// The force functions that were wanted, in source order.
+    /// Wanted force functions, in source order.
     pub functions: Vec<Stages>,
-    /// What deserves a look.
+    /// The warnings about the source text.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A compiled force function, every stage of it.
+/// A compiled force function with all its stages.
 pub struct Stages {
     /// The syntax tree in text form.
     pub ast: String,
-    /// What the function states, simplified.
+    /// The definition of the function, simplified.
     pub definition: Definition,
-    /// What it states, as it was written: the reference for checks.
+    /// The definition as written: the reference for checks.
     pub source: Definition,
-    /// What the kernel computes.
+    /// The optimised program of the kernel.
     pub program: Program,
-    /// How its derivatives are written.
+    /// How its derivatives are formulated.
     pub formulation: Formulation,
-    /// What it was after lowering and after each pass.
+    /// The state of the kernel after lowering and after each pass.
     pub report: Vec<Step>,
     /// Statements in order, ready to be printed.
     pub kernel: Kernel,
-    /// How long compiling took, from the checked function to statements.
+    /// The time for compiling, from the checked function to statements.
     pub time: Duration,
 }
 
-/// Compiles the force functions of a source text whose names are wanted.
+/// Compiles the wanted force functions of a source text.
 pub fn compile(
     source: &Source,
     wanted: &dyn Fn(&str) -> bool,
@@ -77,7 +77,7 @@ pub fn compile(
     compile_file(&syntax::parse(source)?, wanted, request)
 }
 
-/// Compiles the force functions of a parsed file whose names are wanted, and of which something may be known.
+/// Compiles the wanted force functions of a parsed file; the request and attributes may specialize them.
 pub fn compile_file(
     file: &syntax::ast::File,
     wanted: &dyn Fn(&str) -> bool,
@@ -120,8 +120,8 @@ pub fn compile_file(
     Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
 }
 
-/// What a function states of itself and cannot have: bodies and parameters that are none of its own, or, if a module states
-/// it, of none of its functions; and outputs that its layout leaves no choice of.
+/// Errors in the options of a function: bodies and parameters that the function does not have (for a module's
+/// options: that no function of the module has), and outputs or lanes that contradict the layout.
 fn misfits(
     file: &syntax::ast::File,
     definition: &Definition,
@@ -155,7 +155,7 @@ fn misfits(
     errors
 }
 
-/// What may be known of a function, each with what it is.
+/// Names that a specialization can use, each with its kind.
 fn nameable(definition: &Definition, request: &Request) -> Vec<(&'static str, String)> {
     let signature = &definition.graph.signature;
     let bodies = signature.bodies.iter().map(|body| ("body", body.name.clone()));
@@ -164,7 +164,7 @@ fn nameable(definition: &Definition, request: &Request) -> Vec<(&'static str, St
     bodies.chain(parameters.map(|name| ("parameter", name))).collect()
 }
 
-/// An error for every body or parameter that is said to be known and that none of the functions has.
+/// An error for every specialized body or parameter that none of the functions has.
 pub(crate) fn unknown<'f>(
     functions: impl Iterator<Item = &'f Stages> + Clone,
     known: &Specialization,
@@ -183,7 +183,7 @@ pub(crate) fn unknown<'f>(
     unknown.map(error).collect()
 }
 
-/// That a force has no value is an error where its value is wanted, and so it is with multipliers.
+/// An error if outputs need a value but the law is a force, or need multipliers but it is not a constraint.
 pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
     let pulls = outputs.iter().find(|part| part.row().of_constraints);
     if let Some(part) = pulls.filter(|_| !definition.law.has_multipliers()) {
@@ -201,7 +201,7 @@ pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Dia
     })
 }
 
-/// A kernel for these precisions, numbers that one of them does not hold taken apart; or what does not fit.
+/// The kernel for these precisions, with unrepresentable numbers split up; or an error if that is impossible.
 pub(crate) fn fitted(function: &Stages, precisions: &[Precision]) -> Result<Kernel, Diagnostic> {
     let mut kernel = function.kernel.clone();
     let definition = &function.definition;
@@ -235,7 +235,7 @@ pub(crate) fn fitted(function: &Stages, precisions: &[Precision]) -> Result<Kern
     Ok(kernel)
 }
 
-/// What becomes of a number that a precision does not hold.
+/// The part of a message that says what an unrepresentable number becomes.
 fn misfit(number: &Exact, precision: Precision) -> String {
     let near = match precision {
         Precision::F64 => number.to_f64(),
@@ -249,8 +249,8 @@ fn misfit(number: &Exact, precision: Precision) -> String {
     format!("{} is {becomes} as `{precision}`", number.about())
 }
 
-/// What kernels take beside bodies and parameters, with the values that are known. Where a function has a parameter of the
-/// name of one, what is set is that parameter.
+/// The extra arguments of kernels, with known values. If the function has a parameter of the same name, a set
+/// value belongs to that parameter.
 fn extras(
     file: &syntax::ast::File,
     definition: &Definition,
@@ -287,7 +287,7 @@ fn extras(
     Ok(extras)
 }
 
-/// Every stage of a function; that its kernel would be too long is an error.
+/// Compiles one function through all stages; a kernel that is too long is an error.
 fn stages(file: &syntax::ast::File, definition: Definition, request: Request) -> Result<Stages, Diagnostic> {
     let started = Instant::now();
     let plan = request.plan;
@@ -333,7 +333,7 @@ fn stages(file: &syntax::ast::File, definition: Definition, request: Request) ->
     Ok(Stages { ast, definition, source, program, formulation, report, kernel, time })
 }
 
-/// The statements of a program in which what depends on parameters alone is computed once.
+/// The statements of a program, with values that depend on parameters alone computed once.
 fn prepared(program: &Program, style: Style) -> (Schedule, Preparation) {
     let whole = schedule(program, style);
     match prepare::split(program, style.strict) {
@@ -346,13 +346,13 @@ fn prepared(program: &Program, style: Style) -> (Schedule, Preparation) {
     }
 }
 
-/// Longer lines are left to the source and `forcec show`.
+/// Maximum length of a formula in the comment of a kernel.
 const LONGEST_FORMULA: usize = 100;
 
-/// More lines are left to them too.
+/// Maximum number of formulas in the comment of a kernel.
 const MOST_FORMULAS: usize = 8;
 
-/// What the kernel computes, in a few lines.
+/// The formulas in the comment of a kernel.
 fn formulas(definition: &Definition) -> Vec<String> {
     let graph = &definition.graph;
     let (name, roots, law) = match &definition.law {
@@ -386,7 +386,7 @@ fn formulas(definition: &Definition) -> Vec<String> {
     if fits(&whole) {
         lines.push(whole);
     } else {
-        // Row below row.
+        // One row per line.
         let last = values.len() - 1;
         lines.extend(values.iter().enumerate().map(|(row, value)| {
             let open = if row == 0 { format!("{name} = (") } else { " ".repeat(name.len() + 4) };

@@ -1,4 +1,4 @@
-//! What the targets print: scheduled kernels, and the file they stand in.
+//! The input of the targets: scheduled kernels, and the file that contains them.
 
 use crate::layout::{Layout, Packing};
 use crate::math::exact::Exact;
@@ -15,64 +15,64 @@ use crate::schedule::Schedule;
 pub struct Kernel {
     /// Its name in the source.
     pub name: String,
-    /// Its doc comment, a line each, without the leading space.
+    /// Lines of its doc comment, without the leading space.
     pub docs: Vec<String>,
-    /// What it computes, a line each: `F = -J^T (stiffness C + damping dC/dt)`.
+    /// Its formulas, one per line: `F = -J^T (stiffness C + damping dC/dt)`.
     pub formulas: Vec<String>,
-    /// Its statements; they know the arguments.
+    /// Its statements, with its signature.
     pub schedule: Schedule,
-    /// How its results are laid out.
+    /// The layout of its outputs.
     pub layout: Layout,
-    /// Where the entries of its results stand, if it does not write them as full arrays.
+    /// The map from outputs to stored entries; `None` if outputs are stored as full arrays.
     pub packing: Option<Packing>,
-    /// How many instances it computes at once.
+    /// Number of instances that it computes at once.
     pub lanes: usize,
-    /// What it is given instead of parameters.
+    /// Whether it gets precomputed values in place of parameters.
     pub preparation: Preparation,
 }
 
-/// Whether a part of a kernel is computed once.
+/// Whether a part of a kernel is precomputed.
 #[derive(Clone, Debug)]
 pub enum Preparation {
-    /// That was not asked for.
+    /// Precomputation was not requested.
     Unasked,
-    /// Nothing in it depends on parameters alone.
+    /// No operation depends on parameters alone.
     Nothing,
-    /// The kernel reads parameters and values that are computed once.
+    /// The kernel reads parameters and precomputed values.
     Once(Box<Once>),
 }
 
-/// What is computed once.
+/// The precomputed part of a kernel.
 #[derive(Clone, Debug)]
 pub struct Once {
-    /// The statements that compute the values, from the parameters of the source.
+    /// The statements that compute the values from the parameters of the source.
     pub schedule: Schedule,
-    /// The parameters that the kernel still reads, by position; they come before the values.
+    /// Indices of the parameters that the kernel still reads; they come before the values.
     pub kept: Vec<usize>,
-    /// What every call takes where nothing is computed once.
+    /// Operations of every call without precomputation.
     pub whole: Operations,
 }
 
 impl Once {
-    /// How many values there are.
+    /// Number of precomputed values.
     pub fn values(&self) -> usize {
         self.schedule.entries()
     }
 }
 
 impl Kernel {
-    /// The signature whose parameters are those of the source.
+    /// The signature with the parameters of the source.
     pub fn given(&self) -> &Signature {
         self.once().map_or(&self.schedule.signature, |once| &once.schedule.signature)
     }
 
-    /// What a parameter is that the kernel is prepared with, if it is computed.
+    /// The description of a parameter of the prepared kernel, if it is precomputed.
     pub fn summary_of(&self, signature: &Signature, parameter: usize) -> Option<String> {
         let kept = self.once().filter(|_| signature.prepared)?.kept.len();
         (parameter >= kept).then(|| "computed once".to_owned())
     }
 
-    /// What is computed once, if anything is.
+    /// The precomputed part, if there is one.
     pub fn once(&self) -> Option<&Once> {
         match &self.preparation {
             Preparation::Once(once) => Some(once),
@@ -80,8 +80,8 @@ impl Kernel {
         }
     }
 
-    /// What it computes, given the arguments of the source: the full results, row by row. `None` if an entry is never
-    /// written: a defect of the schedule.
+    /// Evaluates the full outputs, row by row, for the arguments of the source. `None` if an entry is never
+    /// written, which is a defect of the schedule.
     pub fn evaluate<N: Number>(&self, inputs: &dyn Fn(Slot) -> N) -> Option<Vec<N>> {
         let found = match self.once() {
             None => self.schedule.evaluate(inputs)?,
@@ -110,8 +110,8 @@ impl Kernel {
         })
     }
 
-    /// A kernel of one instance whose results are full arrays.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    /// A kernel of one instance that stores its outputs as full arrays.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn dense(name: String, docs: Vec<String>, formulas: Vec<String>, schedule: Schedule) -> Kernel {
         Kernel {
             name,
@@ -131,15 +131,15 @@ impl Kernel {
 pub struct File {
     /// The name of the force file, without extension.
     pub stem: String,
-    /// The doc comment of the force file.
+    /// Lines of the doc comment of the force file.
     pub docs: Vec<String>,
     /// Its kernels, in source order.
     pub kernels: Vec<Kernel>,
-    /// The precisions asked for, in order.
+    /// Requested precisions, in order.
     pub precisions: Vec<Precision>,
 }
 
-/// How many operations there are.
+/// The total number of operations, in words.
 fn operations(count: &Operations) -> String {
     match count.total() {
         1 => "1 operation".to_owned(),
@@ -147,14 +147,14 @@ fn operations(count: &Operations) -> String {
     }
 }
 
-/// Operations, kind by kind.
+/// The operation counts by kind.
 fn counted(count: &Operations) -> String {
     let Operations { add, mul, div, sqrt, call, neg } = count;
     format!("{add} add, {mul} mul, {div} div, {sqrt} sqrt, {call} call; {neg} negations")
 }
 
 impl File {
-    /// The name of the generated files, without extension: that of the force file, and the layout of its kernels.
+    /// The name of the generated files without extension: that of the force file, then the layout's suffix.
     pub fn name(&self) -> String {
         let suffix =
             self.kernels.first().map_or_else(String::new, |kernel| kernel.layout.suffix(kernel.lanes));
@@ -163,7 +163,7 @@ impl File {
 }
 
 impl Kernel {
-    /// What a reader is told before the code: formulas, sizes, operation counts.
+    /// The comment before the code: formulas, sizes, operation counts.
     pub fn summary(&self) -> Vec<String> {
         let mut lines = self.formulas.clone();
         let count = self.schedule.operations();
@@ -202,7 +202,7 @@ impl Kernel {
         lines
     }
 
-    /// The matrices among the results, each with whether its upper triangle is stored and nothing else.
+    /// The matrices among the outputs, each with whether only its upper triangle is stored.
     pub fn triangles(&self) -> impl Iterator<Item = (Part, bool)> + '_ {
         let matrices = self.packing.iter().flat_map(|packing| &packing.tables).map(|table| table.part);
         let pieces = &self.schedule.signature.pieces;

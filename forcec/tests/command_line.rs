@@ -637,7 +637,7 @@ fn formulas_are_true() {
     assert_has(&latex, &["\\mathbf{arms}_{\\mathrm{1}}", "10^{-6}"]);
     place.succeeds("build f.rs --out k");
     assert_has(&place.read("k/f.c"), &["arm = a.orientation * arms[1]", "C = 1e-6 table[0][1] + arm · axis"]);
-    assert_has(&place.read("k/f.h"), &["table[2][2]; /* 2 by 2 times: real */"]);
+    assert_has(&place.read("k/f.h"), &["rest[4]; /* quaternion x, y, z, w */", "table[2][2];\n"]);
     let sum = ["p.position.norm_squared().sqrt().exp().sqrt().exp()"; 9].join(" * k + ");
     place.write("long.rs", format!("#[energy]\npub fn long(p: Particle, k: Real) -> Real {{\n{sum}\n}}\n"));
     place.succeeds("build long.rs --out k");

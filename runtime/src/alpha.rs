@@ -1,23 +1,24 @@
-//! The generalised-α method: one stage a step, of order two for stiff joints too.
+//! The generalised-α method: one stage per step, of order two for stiff joints as well.
 //!
-//! Chung and Hulbert, Journal of Applied Mechanics 60, 1993; with constraints Arnold and Brüls, Multibody System Dynamics 18,
-//! 2007; for rotations Brüls and Cardona, Journal of Computational and Nonlinear Dynamics 5, 2010. Forces balance at the end of
-//! the step, M v̇₁ = f(x₁, v₁), and with a₁ from (1 − αm) a₁ + αm a₀ = (1 − αf) v̇₁ + αf v̇₀
+//! Chung and Hulbert, Journal of Applied Mechanics 60, 1993; with constraints Arnold and Brüls, Multibody
+//! System Dynamics 18, 2007; for rotations Brüls and Cardona, Journal of Computational and Nonlinear Dynamics
+//! 5, 2010. Forces balance at the end of the step, M v̇₁ = f(x₁, v₁), and a₁ satisfies (1 − αm) a₁ + αm a₀ =
+//! (1 − αf) v̇₁ + αf v̇₀:
 //!
 //! v₁ = v₀ + h ((1 − γ) a₀ + γ a₁), x₁ = x₀ ⊕ (h v₀ + h² ((½ − β) a₀ + β a₁)).
 //!
-//! Both rates, a and v̇, are kept with the bodies. Where there are none, or what they were is void, or the island is solved in
-//! parts, a step of SDIRK2 is taken in place of one.
+//! The bodies store both rates, a and v̇. If the rates are missing or invalid, or the island is solved in
+//! parts, the step is one of SDIRK2.
 
 use crate::assemble::Assembly;
 use crate::methods::{Model, Outcome, SDIRK, Sized3Or6, Stepper};
 use crate::store::Store;
 use nalgebra::{RealField, SVector, Vector6, convert};
 
-/// How much of the fastest swing is left after a step.
+/// The spectral radius at infinite frequency.
 const RHO: f64 = 0.6;
 
-/// The coefficients that damp slow swings least for that; αm < αf ≤ ½.
+/// The coefficients with this radius that damp low frequencies least; αm < αf ≤ ½.
 const ALPHA_M: f64 = (2.0 * RHO - 1.0) / (RHO + 1.0);
 const ALPHA_F: f64 = RHO / (RHO + 1.0);
 const GAMMA: f64 = 0.5 + ALPHA_F - ALPHA_M;
@@ -37,17 +38,17 @@ where
             return Some(outcome);
         }
         self.model.gather_rates(self.store);
-        // a₁ = share v̇₁ + what is known.
+        // a₁ = share · v̇₁ + known.
         let share = (1.0 - ALPHA_F) / (1.0 - ALPHA_M);
         let (step, stiffness) = (h * number(GAMMA * share), h * h * number(BETA * share));
-        // With v₁ the pose moves by so much.
+        // The change of the pose per change of v₁.
         let lever = stiffness / step;
         let Model { start, velocity, rates: [auxiliary, rates], stages: [_, [origin, before, ..]], .. } =
             &mut *self.model;
         origin.clear();
         before.clear();
         for (((velocity, v0), a0), rate) in velocity.iter_mut().zip(start).zip(auxiliary).zip(rates) {
-            // What a₁ is but for v̇₁; from now on that stands in its place.
+            // The part of a₁ that does not depend on v̇₁; replaces a₀.
             let known = (*rate * number(ALPHA_F) - *a0 * number(ALPHA_M)) / number(1.0 - ALPHA_M);
             let speed = *v0 + (*a0 * number(1.0 - GAMMA) + known * number(GAMMA)) * h;
             let way = (*v0 + (*a0 * number(0.5 - BETA) + known * number(BETA)) * h) * h;
@@ -68,7 +69,7 @@ where
 }
 
 impl<R: RealField + Copy, const D: usize> Model<R, D> {
-    /// v̇ of the last stage.
+    /// Computes v̇ of the last stage.
     fn find_rates(&mut self, step: R) {
         let Model { velocity, rates: [_, rates], stages: [_, [origin, ..]], .. } = self;
         rates.clear();
@@ -90,7 +91,7 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
         }
     }
 
-    /// Leaves the rates at the end of a good step with the bodies.
+    /// Stores the rates at the end of an accepted step in the bodies.
     pub(crate) fn keep_rates(&self, store: &mut Store<R>) {
         for (members, nodes) in store.members.iter_mut().zip(&self.assembly.nodes) {
             for (member, node) in members.iter_mut().zip(nodes) {

@@ -1,8 +1,7 @@
-//! Assembly: forces and derivatives of an island's batches and bodies, added up into the system of a step.
+//! Assembly: adds the forces and derivatives of an island's batches and bodies to the system of a step.
 //!
-//! In go bodies and what kernels give; out come f, where asked for M − hγ D − s K in blocks, K apart from it and K v. Kernels
-//! compute no more than that takes. Where a step has failed, a guard tames the derivatives of each force before they are
-//! added.
+//! In: bodies and the results of kernels. Out: f; on request M − hγ D − s K in blocks, K separately, and K v.
+//! Kernels compute only what these need. After a failed step, a guard limits the derivatives of each force.
 
 use crate::block::Block;
 use crate::bodies::Rigid;
@@ -11,63 +10,63 @@ use crate::sparse::System;
 use crate::store::Store;
 use nalgebra::{DMatrix, Matrix3, RealField, SVector, Vector3, Vector6, convert};
 
-/// What is done to a force whose exact derivatives led nowhere.
+/// The modification of forces whose exact derivatives failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Guard<R> {
-    /// Nothing.
+    /// No modification.
     #[default]
     None,
-    /// ∂F/∂X is made symmetric, and its positive eigenvalues zero.
+    /// Symmetrises ∂F/∂X and sets its positive eigenvalues to zero.
     SemiDefinite,
-    /// The same, and a force whose stiffness exceeds this much is scaled down to it.
+    /// The same, and scales down forces whose stiffness exceeds this limit.
     Capped(R),
 }
 
-/// What assembly of a step adds up.
+/// The sums of an assembly.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly<R: RealField, const D: usize> {
     /// M − `damping` D − `stiffness` K
     pub(crate) system: System<R, D>,
-    /// K apart, block by block as in the system; empty unless a method asks for it.
+    /// K alone, in the blocks of the system; empty unless requested.
     pub(crate) tangent: Vec<Block<R, D>>,
-    /// F of each node.
+    /// F per node.
     pub(crate) force: Vec<SVector<R, D>>,
-    /// K v of each node.
+    /// K v per node.
     pub(crate) drift: Vec<SVector<R, D>>,
-    /// What of K v comes from bodies that no force moves: the rate of F by time.
+    /// The part of K v from kinematic bodies: ∂F/∂t.
     pub(crate) driven: Vec<SVector<R, D>>,
-    /// In goes how much faster each node is than where a stage started from, out comes that in momentum.
+    /// In: the velocity of each node minus the stage's origin. Out: the same as momentum.
     pub(crate) lag: Vec<SVector<R, D>>,
-    /// The node of each rigid body and each particle; none if it is not moved by forces.
+    /// The node of each rigid body and each particle; `None` for kinematic bodies.
     pub(crate) nodes: [Vec<Option<usize>>; 2],
-    /// Factors of D and K in the matrix.
+    /// The factors of D and K in the matrix.
     pub(crate) damping: R,
     pub(crate) stiffness: R,
-    /// What to do beside the forces.
+    /// The requested sums, in addition to F.
     pub(crate) wants: Wants,
     pub(crate) guard: Guard<R>,
-    /// Work by time of what has no potential: forces, loads and bodies that are moved.
+    /// The power of forces without potential, loads and kinematic bodies.
     pub(crate) power: R,
-    /// How many times too stiff a force was, of those that were scaled down.
+    /// The largest factor by which a force was too stiff, over forces that were scaled down.
     pub(crate) capped: R,
-    /// Whether a mass is lost in rounding beside the stiffness that holds it.
+    /// Whether a mass is negligible in rounding next to the stiffness on it.
     pub(crate) swamped: bool,
 }
 
-/// What of an assembly is wanted beside f.
+/// The requested sums, in addition to F.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Wants {
-    /// The matrix; without it the blocks keep what they held.
+    /// The matrix; otherwise the blocks keep their values.
     pub(crate) matrix: bool,
-    /// The derivatives of gyroscopic torque and turning inertia.
+    /// The derivatives of gyroscopic torque and rotating inertia.
     pub(crate) exact: bool,
     /// K v.
     pub(crate) drift: bool,
-    /// K apart.
+    /// K separately.
     pub(crate) tangent: bool,
     /// Momenta.
     pub(crate) lag: bool,
-    /// Torques that turn the inertia are those that momenta change by: others are out of balance.
+    /// Rotating inertia uses the torques that change momenta; forces with multipliers are out of balance.
     pub(crate) held: bool,
 }
 
@@ -92,42 +91,42 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
     }
 }
 
-/// What is to be computed of each force.
+/// The required results of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Need<R> {
     /// F
     Force,
-    /// F, and h ∂F/∂V + h² ∂F/∂X for this step: multiplied by the factor, that is `damping` ∂F/∂V + `stiffness` ∂F/∂X.
+    /// F, and h ∂F/∂V + h² ∂F/∂X for this step; `factor` scales it to `damping` ∂F/∂V + `stiffness` ∂F/∂X.
     Step { step: R, factor: R },
-    /// F and its derivatives.
+    /// F, ∂F/∂X and ∂F/∂V.
     Derivatives,
 }
 
-/// Derivatives of a force, each row by row.
+/// The derivatives of a force, row by row.
 #[derive(Clone, Copy)]
 pub(crate) enum Derivatives<'a, R> {
     None,
-    /// What makes `damping` ∂F/∂V + `stiffness` ∂F/∂X when it is multiplied by this.
+    /// A matrix and the factor that makes it `damping` ∂F/∂V + `stiffness` ∂F/∂X.
     Step(&'a [R], R),
     /// ∂F/∂X and ∂F/∂V
     Apart(&'a [R], &'a [R]),
 }
 
-/// What one force gives, the bodies in argument order.
+/// The results of one force, with the bodies in argument order.
 #[derive(Clone, Copy)]
 pub(crate) struct Local<'a, R> {
     pub(crate) indices: &'a [usize],
-    /// Where the blocks of the bodies' pairs lie in the system.
+    /// The block positions of the bodies' pairs in the system.
     pub(crate) places: &'a [u32],
     pub(crate) force: &'a [R],
     pub(crate) derivatives: Derivatives<'a, R>,
 }
 
-/// Stands for a block that is in no system.
+/// Marks a pair without a block in the system.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 
 impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
-    /// Empties the sums.
+    /// Sets the sums to zero.
     pub(crate) fn clear(&mut self) {
         self.force.fill(SVector::zeros());
         if self.wants.matrix {
@@ -146,7 +145,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         self.capped = R::zero();
     }
 
-    /// What is to be computed of each force.
+    /// The required results of each force.
     pub(crate) fn need(&self) -> Need<R> {
         let Wants { matrix, drift, tangent, .. } = self.wants;
         if self.guard != Guard::None || drift || tangent {
@@ -208,7 +207,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             if !K::HAS_POTENTIAL || node.is_none() {
                 let velocity = velocity(bodies, kind, index);
                 let power = (0..height).fold(R::zero(), |sum, k| sum + local.force[row + k] * velocity[k]);
-                // A body that is moved gives what the force takes from it.
+                // A kinematic body supplies the power that the force takes from it.
                 match node {
                     Some(_) => self.power += power,
                     None if K::HAS_POTENTIAL => self.power -= power,
@@ -274,7 +273,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         }
     }
 
-    /// Adds a block that begins at an entry.
+    /// Adds the block at an entry of the kernel's matrix.
     #[inline]
     fn add_block<const HEIGHT: usize, const WIDTH: usize>(
         &mut self,
@@ -308,7 +307,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         }
     }
 
-    /// Adds inertia, gravity, loads and the torque of turning bodies, after all forces.
+    /// Adds inertia, gravity, loads and gyroscopic torques, after all forces.
     pub(crate) fn add_bodies(&mut self, store: &Store<R>, gravity: Vector3<R>) {
         for (index, (body, member)) in store.rigid.iter().zip(&store.members[0]).enumerate() {
             let (Some((mass, moments)), Some(node)) = (member.inertia(), self.nodes[0][index]) else {
@@ -385,7 +384,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     }
 }
 
-/// The rows of a block that begins at an entry, in a matrix of so many columns; so many of them.
+/// The rows of a block that begins at an entry, in a matrix with `order` columns.
 #[inline(always)]
 fn rows<R, const WIDTH: usize>(
     matrix: &[R],
@@ -394,7 +393,7 @@ fn rows<R, const WIDTH: usize>(
     (0..height).filter_map(move |i| matrix[at + i * order..].first_chunk())
 }
 
-/// Adds the first entries of a row; they are known before any is written.
+/// Adds the first entries of a row; reads all sums before writing any.
 #[inline(always)]
 fn add_row<R: RealField + Copy, const D: usize, const WIDTH: usize>(
     sums: &mut [R; D],
@@ -408,7 +407,7 @@ fn add_row<R: RealField + Copy, const D: usize, const WIDTH: usize>(
     *sums = all;
 }
 
-/// The symmetric part of a matrix given row by row, its positive eigenvalues made zero.
+/// The symmetric part of a row-major matrix, with positive eigenvalues set to zero.
 fn semi_definite<R: RealField + Copy>(matrix: &[R], order: usize) -> Vec<R> {
     let half = convert::<f64, R>(0.5);
     let symmetric =
@@ -429,7 +428,7 @@ fn velocity<R: RealField + Copy>(bodies: &Bodies<'_, R>, kind: BodyKind, index: 
     Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
 }
 
-/// The frame of a body's principal moments.
+/// The principal axes and moments of a body.
 pub(crate) struct Frame<R> {
     turn: Matrix3<R>,
     moments: Vector3<R>,
@@ -467,7 +466,7 @@ pub(crate) fn linear<R: RealField + Copy, const D: usize>(x: &SVector<R, D>) -> 
     Vector3::new(x[0], x[1], x[2])
 }
 
-/// The last three of six entries; nothing turns where there are three.
+/// The last three of six entries; zero if there are three.
 pub(crate) fn angular<R: RealField + Copy, const D: usize>(x: &SVector<R, D>) -> Vector3<R> {
     if D == 6 { Vector3::new(x[3], x[4], x[5]) } else { Vector3::zeros() }
 }

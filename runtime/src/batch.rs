@@ -1,47 +1,48 @@
-//! Forces of one kernel, side by side.
+//! Batches: all forces of one kernel in an island.
 //!
-//! A batch holds parameters and bodies of all forces of one kernel in an island; behind the trait its type is forgotten.
-//! Assembling evaluates them one after the other, no more of each than is needed, and adds what they give to the system of
-//! the step.
+//! A batch stores the parameters and body indices of its forces; the trait hides the kernel's type. Assembly
+//! evaluates the forces one by one, with only the required derivatives, and adds them to the system of the
+//! step.
 
 use crate::assemble::{Assembly, Derivatives, Local, NOWHERE, Need};
 use crate::kernel::{Bodies, BodyKind, Kernel, Linear, Measure};
 use nalgebra::{RealField, zero};
 use std::any::Any;
 
-/// Where a batch adds to: particles alone take blocks of 3 × 3.
+/// The assembly to add to; islands of particles have 3 × 3 blocks.
 pub(crate) enum Sums<'a, R: RealField> {
     Three(&'a mut Assembly<R, 3>),
     Six(&'a mut Assembly<R, 6>),
 }
 
-/// Forces of a kernel that only the batch itself knows.
+/// The forces of a kernel, with the kernel's type erased.
 pub(crate) trait Batch<R: RealField>: Send {
     fn assemble(&mut self, bodies: &Bodies<'_, R>, out: Sums<'_, R>);
-    /// Whether its forces are held by multipliers.
+    /// Whether the forces have multipliers.
     fn has_multipliers(&self) -> bool;
-    /// Whether they pull by an energy, without multipliers.
+    /// Whether the forces have an energy and no multipliers.
     fn is_energy(&self) -> bool;
-    /// Before a step: λ is what the last good one left.
+    /// Before a step: starts with λ of the last accepted step.
     fn begin(&mut self);
-    /// After a solution: λ as it is there, had all been linear. A pose is off by the square of what it turned, which stiff
-    /// joints take for stretch, but λ by no more than that share.
+    /// After a solution: λ at the solution of the linearised system. Rotation makes the pose's error
+    /// quadratic in the angle, which stiff joints would turn into large forces; the relative error of λ is no
+    /// larger than that of the linearisation.
     fn predict(&mut self, out: Sums<'_, R>);
-    /// After a good step.
+    /// After an accepted step: stores λ.
     fn keep(&mut self);
-    /// The state is another: λ is that of the pose where a step looks for it next.
+    /// After a change of state: the next step computes λ from its pose.
     fn forget(&mut self);
-    /// Finds anew where blocks lie.
+    /// Updates the positions of blocks in the system.
     fn place(&mut self, block: &dyn Fn((BodyKind, usize), (BodyKind, usize)) -> Option<usize>);
-    /// Energy of all, and the largest gap.
+    /// The energy of all forces, and the largest constraint violation.
     fn measure(&self, bodies: &Bodies<'_, R>) -> Measure<R>;
-    /// A batch of the same kernel without forces.
+    /// An empty batch of the same kernel.
     fn empty(&self) -> Box<dyn Batch<R>>;
-    /// Appends a copy of a force to a batch of the same kernel, its bodies renumbered.
+    /// Appends a copy of a force to a batch of the same kernel, with renumbered bodies.
     fn copy_to(&self, at: usize, other: &mut dyn Batch<R>, body: &dyn Fn(BodyKind, usize) -> usize);
-    /// Removes a force; the last one takes its place.
+    /// Removes a force; the last force takes its index.
     fn remove(&mut self, at: usize);
-    /// The handles' entries of the forces, in order.
+    /// The forces' entries in the world's table, in order.
     fn entries(&self) -> &[usize];
     #[cfg(feature = "serde")]
     fn name(&self) -> &'static str;
@@ -51,13 +52,13 @@ pub(crate) trait Batch<R: RealField>: Send {
     /// The parameters of a force.
     #[cfg(feature = "serde")]
     fn numbers(&self, at: usize) -> Vec<R>;
-    /// λ of all forces, if it is known.
+    /// λ of all forces, if known.
     #[cfg(feature = "serde")]
     fn multipliers(&self) -> Option<&[R]>;
-    /// Sets it; whether there were as many as it takes.
+    /// Sets λ; returns whether the number of values is right.
     #[cfg(feature = "serde")]
     fn set_multipliers(&mut self, multipliers: Vec<R>) -> bool;
-    /// Appends a force by its parameters; whether there were as many as it takes.
+    /// Appends a force with these parameters; returns whether the numbers of values are right.
     #[cfg(feature = "serde")]
     fn push_numbers(&mut self, numbers: &[R], indices: &[usize], entry: usize) -> bool;
     fn as_any(&self) -> &dyn Any;
@@ -71,14 +72,14 @@ pub(crate) struct Forces<K: Kernel> {
     pub(crate) params: Vec<K::Params>,
     indices: Vec<K::Indices>,
     entries: Vec<usize>,
-    /// For each force a place for each pair of its bodies.
+    /// The block position of each pair of bodies, for each force.
     places: Vec<u32>,
-    /// λ of each force, as the last good step left it, and in the present one; each with whether it is known.
+    /// λ of each force after the last accepted step, and in the present step; each with its validity.
     kept: (Vec<K::Real>, bool),
     held: (Vec<K::Real>, bool),
-    /// Whether a solution of the present step has told λ.
+    /// Whether a solution of the present step has predicted λ.
     told: bool,
-    /// For each force λ and its slopes, as evaluated last.
+    /// λ and its slopes for each force, from the last evaluation.
     linear: Vec<K::Real>,
 }
 

@@ -1,10 +1,10 @@
-//! Dense blocks of a sparse matrix: D × D numbers, row by row, as kernels write them.
+//! Dense D × D blocks of a sparse matrix, stored row by row, as kernels write them.
 //!
-//! Loops over whole rows have one length, so that they become a few wide instructions. Nothing is pivoted.
+//! Loops over rows have constant length, so compilers vectorise them. No pivoting.
 
 use nalgebra::{Matrix3, RealField, SVector};
 
-/// A block, row by row.
+/// A D × D block, row by row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Block<R, const D: usize>(pub(crate) [[R; D]; D]);
 
@@ -13,7 +13,7 @@ impl<R: RealField + Copy, const D: usize> Block<R, D> {
         Block([[R::zero(); D]; D])
     }
 
-    /// Adds a block of 3 × 3 to the last three rows and columns; where there are no more than three, nothing turns.
+    /// Adds a 3 × 3 block to the rotational rows and columns; does nothing for D = 3.
     #[inline]
     pub(crate) fn add_turning(&mut self, change: &Matrix3<R>) {
         for i in 3..D {
@@ -57,7 +57,7 @@ impl<R: RealField + Copy, const D: usize> Block<R, D> {
         }
     }
 
-    /// A = L U in place, the diagonal of L being one; the diagonal of U is inverted.
+    /// A = L U in place, with ones on the diagonal of L; stores the inverted diagonal of U.
     #[inline]
     #[expect(
         clippy::needless_range_loop,
@@ -79,7 +79,7 @@ impl<R: RealField + Copy, const D: usize> Block<R, D> {
         }
     }
 
-    /// X becomes A⁻¹ X, where `self` is what `factor` made of A.
+    /// X becomes A⁻¹ X, where `self` contains the factors of A.
     #[inline]
     pub(crate) fn solve_block(&self, x: &mut Block<R, D>) {
         for k in 0..D {
@@ -98,7 +98,7 @@ impl<R: RealField + Copy, const D: usize> Block<R, D> {
         }
     }
 
-    /// x becomes A⁻¹ x, where `self` is what `factor` made of A.
+    /// x becomes A⁻¹ x, where `self` contains the factors of A.
     #[inline]
     pub(crate) fn solve(&self, x: &mut SVector<R, D>) {
         let (a, mut y) = (&self.0, *x);

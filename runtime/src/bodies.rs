@@ -1,52 +1,52 @@
-//! Bodies over nalgebra's vectors, laid out as the bodies of kernels are.
+//! Bodies made of nalgebra's vectors, with the memory layout that kernels expect.
 //!
-//! A kernel reads a body's fields by index, `a.position[0]`; nalgebra stores a quaternion x, y, z, w, as kernels do.
+//! Kernels read fields by index, as in `a.position[0]`, and quaternions as x, y, z, w, like nalgebra.
 
 use nalgebra::{RealField, UnitQuaternion, Vector3};
 
-/// A rigid body: where its centre of mass is, how it is turned, and how it moves, all in the world frame.
+/// A rigid body: position of the centre of mass, orientation and velocities, all in the world frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rigid<R: RealField = f64> {
-    /// The centre of mass.
+    /// The centre of mass, m.
     pub position: Vector3<R>,
-    /// From body space to the world; taken as unit.
+    /// The rotation from body space to the world; a unit quaternion.
     pub orientation: UnitQuaternion<R>,
-    /// Of the centre of mass.
+    /// The velocity of the centre of mass, m/s.
     pub velocity: Vector3<R>,
-    /// About the centre of mass.
+    /// The angular velocity, rad/s.
     pub angular_velocity: Vector3<R>,
 }
 
 /// A rigid body in single precision.
 pub type RigidF32 = Rigid<f32>;
 
-/// A point mass: where it is and how it moves, in the world frame.
+/// A point mass: position and velocity in the world frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Particle<R: RealField = f64> {
-    /// Where it is.
+    /// The position, m.
     pub position: Vector3<R>,
-    /// How it moves.
+    /// The velocity, m/s.
     pub velocity: Vector3<R>,
 }
 
 /// A particle in single precision.
 pub type ParticleF32 = Particle<f32>;
 
-/// A force, and a torque about the centre of mass, in the world frame.
+/// A force and a torque about the centre of mass, in the world frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench<R: RealField = f64> {
-    /// The force.
+    /// The force, N.
     pub force: Vector3<R>,
-    /// The torque about the centre of mass.
+    /// The torque about the centre of mass, N·m.
     pub torque: Vector3<R>,
 }
 
-/// At the origin, not turned, at rest.
+/// At the origin, without rotation, at rest.
 impl<R: RealField + Copy> Default for Rigid<R> {
     fn default() -> Rigid<R> {
         let zero = Vector3::zeros();

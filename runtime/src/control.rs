@@ -1,9 +1,10 @@
-//! Step control: a time is covered by steps that are good, or the island stands still and says so.
+//! Step control: advances an island by accepted steps, or stops it and reports the failure.
 //!
-//! A step is good if what it solved, it solved, if all is finite, and if energy did not grow beyond the work done from
-//! outside. A step that is not is discarded and its time covered in halves, ten times over at most. If that does not
-//! help, the time is covered anew with semi-definite derivatives, and then with stiffness capped too; if nothing does, the
-//! island is quarantined at the state it had. A method with an estimate of its error chooses its steps by that instead.
+//! A step is accepted if the solver's residual is small, the state is finite, and energy grew by no more than
+//! the work done from outside. A rejected step is discarded and retried with half its size, up to ten times.
+//! If that fails, the island retries the whole time with semi-definite derivatives, then also with capped
+//! stiffness; if that fails too, the island is quarantined at its previous state. A method with an error
+//! estimate controls its steps by the estimate instead.
 
 use crate::assemble::Guard;
 use crate::island::{Energy, Island, Life};
@@ -12,29 +13,29 @@ use crate::report::Report;
 use crate::settings::Settings;
 use nalgebra::{RealField, Vector3, convert};
 
-/// What a time is to be covered with.
+/// A request to advance an island by a time.
 struct Course<'a, R> {
-    /// The whole time.
+    /// The whole time, s.
     h: R,
     guard: Guard<R>,
     gravity: Vector3<R>,
     settings: &'a Settings<R>,
 }
 
-/// How often a step may be halved.
+/// The largest number of halvings.
 const HALVINGS: u32 = 10;
 
-/// How many times too stiff a force may be and still be capped: beyond it, what is left is not the author's force.
+/// The largest factor by which a capped force may be too stiff; beyond, too little of the force is left.
 const MOST_CAPPED: f64 = 1e6;
 
-/// In how much time the memory of past energy fades, s: as long as a swing may pause.
+/// The decay time of the largest past energy, s: as long as a swing may pause.
 const MEMORY: f64 = 0.5;
 
-/// Capped stiffness, in units of mass / step².
+/// The capped stiffness, in units of mass / step².
 const CAP: f64 = 100.0;
 
 impl<R: RealField + Copy> Island<R> {
-    /// Covers a time, or comes to stand still.
+    /// Advances the island by `h` in accepted steps, or quarantines it.
     pub(crate) fn cover(&mut self, h: R, gravity: Vector3<R>, settings: &Settings<R>) -> Report {
         let mut report = Report { awake: 1, ..Report::default() };
         self.save_frame();
@@ -66,7 +67,7 @@ impl<R: RealField + Copy> Island<R> {
         report
     }
 
-    /// The stiffness beyond which forces are scaled down.
+    /// The stiffness above which forces are scaled down.
     fn cap(&self, h: R) -> R {
         let masses = self.store.members.iter().flatten().filter_map(|member| member.inertia());
         let lightest = masses.map(|(mass, _)| mass).reduce(|a, b| a.min(b)).unwrap_or(R::one());
@@ -79,7 +80,7 @@ impl<R: RealField + Copy> Island<R> {
         let halve = |size: &mut R, depth: &mut u32, left: &mut u32| {
             (*size, *depth, *left) = (*size * half, *depth + 1, *left * 2);
         };
-        // Not far above the last size that was good.
+        // Starts at most at twice the last accepted size.
         while depth < HALVINGS && self.control.size.is_some_and(|last| size > last * two) {
             halve(&mut size, &mut depth, &mut left);
         }
@@ -104,11 +105,11 @@ impl<R: RealField + Copy> Island<R> {
         let mut size = self.control.size.unwrap_or(h).min(h);
         let mut most = number(5.0);
         loop {
-            // The last two steps share what is left.
+            // The last two steps share the remaining time.
             let last = size >= left * number(0.999);
             let step = if last { left } else { size.min(left) };
             let tried = self.try_step(step, course, report);
-            // One step errs by the fourth power of its size.
+            // The error of a step is proportional to the fourth power of its size.
             let factor = |error: R| {
                 let share = (error / course.settings.tolerance).max(number(1e-8));
                 (number(0.9) / share.sqrt().sqrt()).max(number(0.2)).min(most)
@@ -135,7 +136,7 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// One step: its error if it is good. Else what error was too large, if that was it, and the state is the one before.
+    /// Attempts one step; returns its error if accepted. Else restores the state; returns a too large error.
     fn try_step(&mut self, h: R, course: &Course<'_, R>, report: &mut Report) -> Result<R, Option<R>> {
         let before = self.energy(course.gravity);
         let outcome = self.attempt(h, course.guard, course.gravity, course.settings, report);
@@ -150,7 +151,7 @@ impl<R: RealField + Copy> Island<R> {
             }
             Err(error) => {
                 self.restore();
-                // Rates from before are no help where halving is none.
+                // After a halved step failed, the next attempt does not use the stored rates.
                 self.control.warm &= h == course.h;
                 report.rejected += 1;
                 Err(error)
@@ -158,7 +159,7 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// A good step with the energy after it and the most there has been; else what error was too large, if that was it.
+    /// An accepted step with the energy after it and the largest energy so far; else the error if too large.
     fn judge(
         &self,
         h: R,
@@ -169,7 +170,7 @@ impl<R: RealField + Copy> Island<R> {
         let number = convert::<f64, R>;
         let &Course { gravity, settings, .. } = course;
         let (power, capped) = self.assembled();
-        // Of single precision a thousand roundings, of double precision far more than that.
+        // In single precision a thousand roundings, in double precision far more.
         let bound = R::default_epsilon().sqrt().min(number(1e-4));
         let solved = outcome.filter(|outcome| outcome.residual.is_finite() && outcome.residual <= bound);
         let solved = solved.filter(|_| capped <= number(MOST_CAPPED) && self.store.is_finite());
@@ -181,7 +182,7 @@ impl<R: RealField + Copy> Island<R> {
         }
         let faded = self.control.most / (R::one() + h / number(MEMORY));
         let most = faded.max(before.moving).max(after.moving);
-        // An error estimate sees more than energy does.
+        // An error estimate is more sensitive than energy.
         if let Some(error) = outcome.error {
             return if error <= settings.tolerance {
                 Ok((outcome, after, most))
@@ -190,7 +191,7 @@ impl<R: RealField + Copy> Island<R> {
             };
         }
         let noise = (before.terms + after.terms) * R::default_epsilon() * number(100.0);
-        // Power was taken somewhere within the step; loads stay, so that more is known of what they gave.
+        // The power is of some time within the step; loads are constant, so their work is known better.
         let work = power * h * number(2.0);
         let allowed = |share: R| most * share * (h / course.h) + noise;
         let most_grown = allowed(settings.energy_growth);

@@ -1,38 +1,38 @@
-//! What can be wrong with a body, a force or a step.
+//! Errors of worlds, bodies, forces and steps.
 
 use thiserror::Error;
 
-/// Why a world refused something; it is unchanged then.
+/// The reason why a world rejected a call; the world is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Error {
     /// The body or force was removed, or belongs to another world.
     #[error("unknown handle")]
     UnknownHandle,
-    /// A force was given too few or too many bodies, or one of the wrong type.
+    /// A force has too few or too many bodies, or a body of the wrong type.
     #[error("force `{0}` does not act on bodies of these types")]
     WrongBodies(&'static str),
-    /// NaN or infinity where a number is needed.
+    /// A number is NaN or infinite.
     #[error("{0} is not finite")]
     NotFinite(&'static str),
-    /// A mass or a principal moment of inertia of zero or less.
+    /// A mass or a principal moment of inertia is zero or negative.
     #[error("mass and inertia must be positive")]
     NotPositive,
-    /// A quaternion too short to be normalised.
+    /// A quaternion is too short to normalise.
     #[error("orientation has no length")]
     NoOrientation,
-    /// Time runs forward.
+    /// The step is negative.
     #[error("negative step")]
     NegativeStep,
-    /// A force between bodies none of which forces move.
+    /// All bodies of a force are kinematic.
     #[error("force `{0}` moves none of its bodies")]
     NothingMoves(&'static str),
-    /// A saved world has a force whose kernel was not given, or whose parameters or bodies do not fit it.
+    /// The kernel of a saved force is missing, or does not fit the saved parameters or bodies.
     #[error("a saved force has no kernel it fits")]
     UnknownKernel,
-    /// What was saved does not hold together.
+    /// A saved world is inconsistent.
     #[error("the saved world is damaged")]
     Damaged,
-    /// Two shapes met whose contact is not known, two height fields for example.
+    /// No contact algorithm exists for two shapes that met, such as two height fields.
     #[cfg(feature = "collision")]
     #[error("no contact is known for two shapes that met")]
     NoContact,

@@ -1,4 +1,4 @@
-//! The functions of the force language that the standard library or nalgebra lack or spell otherwise.
+//! Functions of the force language that the standard library or nalgebra lack or name differently.
 
 use nalgebra::{Matrix2, Matrix3, RealField, SMatrix, SVector, Vector3};
 
@@ -6,11 +6,11 @@ use nalgebra::{Matrix2, Matrix3, RealField, SMatrix, SVector, Vector3};
 pub trait RealFunctions: Sized {
     /// The error function, 2/√π ∫₀ˣ e^(−t²) dt.
     fn erf(self) -> Self;
-    /// 1 − erf x, with all its digits where that is small.
+    /// 1 − erf x, accurate for small results.
     fn erfc(self) -> Self;
-    /// sin(x)/x, 1 at 0.
+    /// sin(x)/x; 1 at 0.
     fn sinc(self) -> Self;
-    /// (1 − cos x)/x², ½ at 0.
+    /// (1 − cos x)/x²; ½ at 0.
     fn versine(self) -> Self;
     /// 1/(1 + e⁻ˣ).
     fn logistic(self) -> Self;
@@ -64,7 +64,7 @@ real_functions!(f32, libm::erff, libm::erfcf);
 
 /// The angle between two vectors.
 pub trait AngleBetween<R> {
-    /// atan2(|u × v|, u · v), 0 … π. nalgebra's `angle` is the same angle, but loses digits near 0 and π.
+    /// atan2(|u × v|, u · v), 0 … π. nalgebra's `angle` loses digits near 0 and π.
     fn angle_between(&self, v: &Self) -> R;
 }
 
@@ -88,7 +88,7 @@ impl<R: RealField + Copy, const N: usize> Outer<R, N> for SVector<R, N> {
 
 /// The inverse of a small matrix.
 pub trait Inverse {
-    /// The inverse; not finite where there is none.
+    /// The inverse; entries of a singular matrix's inverse are not finite.
     fn inverse(&self) -> Self;
 }
 

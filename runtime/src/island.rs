@@ -1,7 +1,8 @@
-//! Islands: bodies that forces tie together, stepped apart from all others.
+//! Islands: bodies connected by forces, stepped independently of all others.
 //!
-//! An island owns its bodies, in arrays that count from an origin of its own in double precision, the forces between
-//! them, and the system of a step. Bodies that no force moves stand in every island that holds on to them.
+//! An island owns its dynamic bodies, with positions relative to an origin in double precision, the forces
+//! between them, and the system of a step. Every island has copies of the kinematic bodies that its forces
+//! refer to.
 
 use crate::assemble::{Assembly, Guard};
 use crate::batch::Batch;
@@ -16,76 +17,76 @@ use crate::world::Motion;
 use nalgebra::{RealField, SVector, Vector3, convert};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What an island does when the world is stepped.
+/// The state of activity of an island.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Life {
     #[default]
     Awake,
     Asleep,
-    /// It stands at its last good state: no step from there is good.
+    /// Stopped at the last good state, because all attempts at a step failed.
     Quarantined,
 }
 
 pub(crate) struct Island<R: RealField + Copy> {
-    /// Where positions count from.
+    /// The origin of positions.
     pub(crate) origin: Vector3<f64>,
     pub(crate) store: Store<R>,
     pub(crate) batches: Vec<Box<dyn Batch<R>>>,
     pub(crate) life: Life,
-    /// Bodies or forces have come or gone.
+    /// Whether bodies or forces were added or removed.
     pub(crate) changed: bool,
-    /// Something was removed: it may have fallen apart.
+    /// Whether something was removed, so the island may have split.
     pub(crate) torn: bool,
     pub(crate) control: Control<R>,
     engine: Engine<R>,
-    /// For each node its neighbours, for cuts.
+    /// The neighbours of each node, for cuts.
     neighbours: Vec<Vec<usize>>,
-    /// States before the whole time, and before a step.
+    /// States before the whole call, and before a step.
     frame: Poses<R>,
     saved: Poses<R>,
 }
 
-/// What step control remembers from step to step.
+/// The memory of step control.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Control<R> {
-    /// Energy at the present state, if it is known.
+    /// The energy of the present state, if known.
     pub(crate) energy: Option<Energy<R>>,
-    /// The most kinetic and elastic energy there has been.
+    /// The largest recent kinetic and elastic energy.
     pub(crate) most: R,
-    /// The size of the last good step.
+    /// The size of the last accepted step.
     pub(crate) size: Option<R>,
-    /// For how long it has been slow.
+    /// The time for which the island has been slow.
     pub(crate) still: R,
-    /// Steps that were cut.
+    /// The number of steps that were cut.
     pub(crate) cuts: u64,
-    /// Whether the rates that bodies keep are those of the present state.
+    /// Whether the rates stored in the bodies belong to the present state.
     pub(crate) warm: bool,
 }
 
-/// Energy of an island, the potential of gravity being zero at its origin.
+/// The energy of an island; the potential of gravity is zero at the island's origin.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Energy<R> {
-    /// Kinetic and elastic.
+    /// Kinetic plus elastic energy.
     pub(crate) moving: R,
     pub(crate) total: R,
-    /// How large the terms are that were added.
+    /// The sum of the absolute terms.
     pub(crate) terms: R,
     pub(crate) gap: R,
-    /// Of the bodies that forces move, kg.
+    /// The mass of the dynamic bodies, kg.
     pub(crate) mass: f64,
 }
 
 impl<R: RealField + Copy> Energy<R> {
-    /// The total, the potential of gravity being zero at the world's origin.
+    /// The total, with the potential of gravity zero at the world's origin.
     pub(crate) fn in_world(&self, gravity: Vector3<R>, origin: Vector3<f64>) -> f64 {
         as_f64(self.total) - self.mass * gravity.map(as_f64).dot(&origin)
     }
 }
 
-/// Storage of a step, by the size of blocks.
+/// The data of a step, by block size.
 enum Engine<R: RealField + Copy> {
     Three(Box<Model<R, 3>>),
     Six(Box<Model<R, 6>>),
@@ -115,14 +116,14 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// Bodies or forces have changed in a way that ends sleep: what step control knew is void.
+    /// After a change of bodies or forces: invalidates the memory of step control and ends sleep.
     pub(crate) fn wake(&mut self) {
         self.control.energy = None;
         self.forget();
         self.stir();
     }
 
-    /// Something acts on it anew: what step control knew of its energy still holds.
+    /// After a change of loads: ends sleep; the known energy stays valid.
     pub(crate) fn stir(&mut self) {
         self.control.still = R::zero();
         if self.life == Life::Asleep {
@@ -130,7 +131,7 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// After a step: falls asleep if it has been slow for long enough.
+    /// After a step: falls asleep if the island was slow for long enough.
     pub(crate) fn rest(&mut self, h: R, settings: &Settings<R>) {
         let Some(sleep) = settings.sleep else { return };
         let slow = |v: &Vector3<R>| v.norm_squared() < sleep.speed * sleep.speed;
@@ -142,7 +143,7 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// The batch of a kernel like this one.
+    /// The index of the batch with the same kernel; adds one if necessary.
     pub(crate) fn batch_like(&mut self, model: &dyn Batch<R>) -> usize {
         let wanted = model.as_any().type_id();
         match self.batches.iter().position(|batch| batch.as_any().type_id() == wanted) {
@@ -154,8 +155,8 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// Takes over some bodies of another island and all forces between them, in their order; a body that no force moves
-    /// comes along where a force needs it.
+    /// Copies some bodies of another island, all forces on them, in order, and the kinematic bodies these
+    /// need.
     pub(crate) fn take_from(&mut self, other: &Island<R>, wanted: &dyn Fn(BodyKind, usize) -> bool) {
         let shift: Vector3<R> = (other.origin - self.origin).map(convert);
         let mut places: BTreeMap<(usize, usize), usize> = BTreeMap::new();
@@ -200,7 +201,7 @@ impl<R: RealField + Copy> Island<R> {
         self.changed = true;
     }
 
-    /// The parts it consists of, if it has fallen apart: for each body of each type the number of its part.
+    /// If the island has split: the number of parts, and for each body of each type the number of its part.
     pub(crate) fn parts(&self) -> Option<(usize, [Vec<usize>; 2])> {
         let offset = self.store.rigid.len();
         let number = |kind: BodyKind, index: usize| index + if kind == BodyKind::Rigid { 0 } else { offset };
@@ -230,7 +231,7 @@ impl<R: RealField + Copy> Island<R> {
         (numbers.len() > 1).then_some((numbers.len(), parts))
     }
 
-    /// Numbers the nodes and lays out the system anew, if bodies or forces have changed.
+    /// Renumbers nodes and rebuilds the system, if bodies or forces changed.
     pub(crate) fn prepare(&mut self) {
         if !std::mem::take(&mut self.changed) {
             return;
@@ -296,7 +297,7 @@ impl<R: RealField + Copy> Island<R> {
         })
     }
 
-    /// Energy and the largest gap at the present state.
+    /// Energy and the largest constraint violation at the present state.
     pub(crate) fn measure(&self, gravity: Vector3<R>) -> Energy<R> {
         let half = convert::<f64, R>(0.5);
         let (mut kinetic, mut potential, mut terms, mut gap) = (R::zero(), R::zero(), R::zero(), R::zero());
@@ -331,14 +332,14 @@ impl<R: RealField + Copy> Island<R> {
         Energy { moving, total: moving + potential, terms: terms + kinetic, gap, mass: all }
     }
 
-    /// The same, remembered while the state stays.
+    /// The same, cached until the state changes.
     pub(crate) fn energy(&mut self, gravity: Vector3<R>) -> Energy<R> {
         let energy = self.control.energy.unwrap_or_else(|| self.measure(gravity));
         self.control.energy = Some(energy);
         energy
     }
 
-    /// Before a time: states to come back to.
+    /// Saves the states before a call, for restoring them.
     pub(crate) fn save_frame(&mut self) {
         self.store.save(&mut self.frame);
     }
@@ -349,13 +350,13 @@ impl<R: RealField + Copy> Island<R> {
         self.forget();
     }
 
-    /// What bodies and forces keep from the last step is not that of the present state.
+    /// Invalidates what bodies and forces store from the last step.
     fn forget(&mut self) {
         self.control.warm = false;
         self.batches.iter_mut().for_each(|batch| batch.forget());
     }
 
-    /// One step from the present state, which is kept to come back to.
+    /// Attempts one step from the present state, which is saved.
     pub(crate) fn attempt(
         &mut self,
         h: R,
@@ -368,7 +369,7 @@ impl<R: RealField + Copy> Island<R> {
         self.batches.iter_mut().for_each(|batch| batch.begin());
         let parts = self.cut(settings);
         let Island { store, saved, batches, engine, control, .. } = self;
-        // Between parts forces are not balanced.
+        // Forces are not balanced across parts.
         let (solver, warm) = (settings.solver, control.warm && parts.is_empty());
         match engine {
             Engine::Three(model) => {
@@ -390,7 +391,7 @@ impl<R: RealField + Copy> Island<R> {
         self.store.restore(&self.saved);
     }
 
-    /// After a good step: rates that the method keeps, unless they are those of tamed forces.
+    /// After an accepted step: stores multipliers and rates, but no rates of guarded forces.
     pub(crate) fn keep(&mut self, integrator: Integrator, guard: Guard<R>) {
         self.batches.iter_mut().for_each(|batch| batch.keep());
         self.control.warm = integrator == Integrator::GeneralizedAlpha && guard == Guard::None;
@@ -402,8 +403,8 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// Work by time of what has no potential, as assembled last, and how many times too stiff a force was: without end if
-    /// masses are lost in rounding beside it.
+    /// The power of forces without potential in the last assembly, and the largest factor by which a force
+    /// was too stiff: infinite if a mass is negligible in rounding.
     pub(crate) fn assembled(&self) -> (R, R) {
         let (power, capped, swamped) = match &self.engine {
             Engine::Three(model) => (model.assembly.power, model.assembly.capped, model.assembly.swamped),
@@ -412,7 +413,7 @@ impl<R: RealField + Copy> Island<R> {
         (power, if swamped { R::one() / R::zero() } else { capped })
     }
 
-    /// A body within the last step of `Rodas4`, at a share of its time.
+    /// A body within the last step of `Rodas4`, at a fraction of its time.
     pub(crate) fn between(&self, kind: BodyKind, index: usize, share: R) -> Option<crate::Rigid<R>> {
         let saved = self.saved.get(kind, index)?;
         match &self.engine {
@@ -421,7 +422,7 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// What loads did in the step, by the mean of velocities before and after.
+    /// The work of loads in the step, with the mean of the velocities before and after.
     pub(crate) fn load_work(&self, h: R) -> R {
         let half = convert::<f64, R>(0.5);
         let work = |(kind, index, member): (BodyKind, usize, &Member<R>)| {
@@ -434,7 +435,7 @@ impl<R: RealField + Copy> Island<R> {
         self.store.iter().filter_map(work).fold(R::zero(), |sum, power| sum + power) * h
     }
 
-    /// Parts of at most so many nodes, grown from a node that differs from step to step.
+    /// Divides nodes into parts of limited size, grown from a starting node that varies between steps.
     fn cut(&mut self, settings: &Settings<R>) -> Vec<u32> {
         let count = self.neighbours.len();
         let Some(decoupling) = settings.decoupling.filter(|it| it.limit < count) else { return Vec::new() };
@@ -442,7 +443,7 @@ impl<R: RealField + Copy> Island<R> {
         let start = mix(decoupling.seed ^ mix(self.control.cuts)) as usize % count;
         let mut order = Vec::with_capacity(count);
         let mut seen = vec![false; count];
-        // Nodes of other pieces follow in their order; a piece is an island of its own but for fixed bodies.
+        // Continues with nodes of unconnected pieces, which share only fixed bodies.
         for first in (start..count).chain(0..start) {
             if std::mem::replace(&mut seen[first], true) {
                 continue;
@@ -466,7 +467,7 @@ impl<R: RealField + Copy> Island<R> {
     }
 }
 
-/// Scrambles a number; Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.
+/// A hash of a number; Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.
 fn mix(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -474,7 +475,7 @@ fn mix(seed: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Disjoint sets of numbers.
+/// Disjoint sets of numbers (union-find).
 struct Sets(Vec<usize>);
 
 impl Sets {
@@ -490,7 +491,7 @@ impl Sets {
         node
     }
 
-    /// The lower root stays.
+    /// Joins two sets; the lower root remains the root.
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b)] = a.min(b);

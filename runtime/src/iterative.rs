@@ -1,8 +1,8 @@
-//! Iterative solvers of a system, preconditioned by its diagonal blocks.
+//! Iterative solvers, preconditioned by the diagonal blocks.
 //!
-//! Conjugate gradients are for symmetric systems; the others take any. CGS and BiCG are the paper's, D'Amora et al., IBM
-//! Systems Journal 45(1), 2006, whose text has signs to be mended: r −= α A p, and β from the new residuals. A solver
-//! that divides by zero, or meets what is not finite, has broken down and says so.
+//! Conjugate gradients require a symmetric system; the other methods do not. CGS and BiCG follow D'Amora et
+//! al., IBM Systems Journal 45(1), 2006, with signs corrected: r −= α A p, and β from the new residuals. A
+//! division by zero or a result that is not finite is a breakdown, which the solver reports.
 
 use crate::block::Block;
 use crate::sparse::System;
@@ -12,12 +12,12 @@ use nalgebra::{RealField, SVector, convert};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Solver {
-    /// Block elimination where the fill is small, else stabilised biconjugate gradients; and elimination where they fail.
+    /// Block elimination if the fill is small or after a breakdown; else stabilised biconjugate gradients.
     #[default]
     Automatic,
     /// Block elimination.
     Direct,
-    /// Conjugate gradients, Hestenes and Stiefel 1952; for symmetric systems.
+    /// Conjugate gradients, Hestenes and Stiefel 1952; requires a symmetric system.
     ConjugateGradients,
     /// Stabilised biconjugate gradients, van der Vorst 1992.
     BiCgStab,
@@ -27,7 +27,7 @@ pub enum Solver {
     BiCg,
 }
 
-/// Vectors that iterations work on, kept from step to step.
+/// Vectors of the iterations, reused in every step.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace<R: RealField, const D: usize> {
     x: Vec<SVector<R, D>>,
@@ -40,11 +40,11 @@ impl<R: RealField, const D: usize> Default for Workspace<R, D> {
     }
 }
 
-/// Iterations may not be more than this many times the unknowns.
+/// The limit on iterations, as a multiple of the number of unknowns.
 const PATIENCE: usize = 4;
 
 impl<R: RealField + Copy, const D: usize> System<R, D> {
-    /// Replaces the right-hand side by the solution: iterations, or nothing if the method broke down.
+    /// Replaces the right-hand side by the solution; returns the iterations, or `None` after a breakdown.
     pub(crate) fn iterate(
         &mut self,
         method: Solver,
@@ -80,7 +80,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         }
     }
 
-    /// y = P⁻ᵀ x: Uᵀ, then Lᵀ.
+    /// y = P⁻ᵀ x: solves with Uᵀ, then with Lᵀ.
     fn precondition_transposed(&self, x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
         for ((y, x), lu) in y.iter_mut().zip(x).zip(&self.factors) {
             *y = *x;
@@ -104,8 +104,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         PATIENCE * D * self.nodes() + 10
     }
 
-    /// Repeats a step, which changes the residual, until that is small: how often, or nothing after too many times or if
-    /// a step broke down.
+    /// Repeats `step` until the residual is small; returns how often, or `None` at the limit or a breakdown.
     fn repeat(
         &self,
         goal: R,
@@ -131,7 +130,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
             let beta = growth(rho, old)?;
             combine(p, |k, p| z[k] + p * beta);
             self.multiply(p, q);
-            // Not positive: the system is not what the method is for.
+            // Without positive curvature, the system is not positive definite.
             let curvature = dot(p, q);
             if curvature <= R::zero() {
                 return None;
@@ -217,7 +216,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
     }
 }
 
-/// Each entry of a vector anew from its index and what it was.
+/// Replaces each entry of a vector by a function of its index and value.
 fn combine<R: RealField + Copy, const D: usize>(
     vector: &mut [SVector<R, D>],
     entry: impl Fn(usize, SVector<R, D>) -> SVector<R, D>,
@@ -235,13 +234,13 @@ fn norm<R: RealField + Copy, const D: usize>(a: &[SVector<R, D>]) -> R {
     dot(a, a).sqrt()
 }
 
-/// a / b, unless that is a breakdown: b = 0, or something is not finite.
+/// a / b; `None` for a breakdown: b is 0, or the quotient is not finite.
 fn ratio<R: RealField + Copy>(a: R, b: R) -> Option<R> {
     let ratio = a / b;
     (ratio.is_finite() && b.abs() > convert::<f64, R>(f64::MIN_POSITIVE)).then_some(ratio)
 }
 
-/// β, by how much ρ has grown; zero in the first iteration.
+/// β = ρ / previous ρ; zero in the first iteration.
 fn growth<R: RealField + Copy>(rho: R, old: Option<R>) -> Option<R> {
     old.map_or(Some(R::zero()), |old| ratio(rho, old))
 }

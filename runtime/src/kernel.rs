@@ -1,7 +1,6 @@
-//! What ties a kernel to the runtime: a trait that the macros implement beside the kernel's module.
+//! The traits that connect kernels with the runtime; the macros implement them next to the kernel's module.
 //!
-//! A kernel is named by its `Output`, which every kernel has. Whoever holds bodies in arrays evaluates it in place: the
-//! bodies of one force are given by their indices, and nothing is packed or copied.
+//! The `Output` of a kernel implements [`Kernel`]. A kernel reads bodies in place, from arrays by index.
 
 use crate::bodies::{Particle, Rigid};
 use nalgebra::RealField;
@@ -12,12 +11,12 @@ use nalgebra::RealField;
 pub enum BodyKind {
     /// [`Rigid`], six degrees of freedom: position, then rotation.
     Rigid,
-    /// [`Particle`], three degrees of freedom.
+    /// [`Particle`], three degrees of freedom: position.
     Particle,
 }
 
 impl BodyKind {
-    /// Degrees of freedom.
+    /// The number of degrees of freedom.
     pub const fn freedoms(self) -> usize {
         match self {
             BodyKind::Rigid => 6,
@@ -26,11 +25,10 @@ impl BodyKind {
     }
 }
 
-/// A list of numbers: parameters are written to one. Kernels name it so that a crate without the standard library can have
-/// them.
+/// A list of numbers, to which parameters are written. Generated code uses this name, so it needs no `std`.
 pub type Numbers<R> = Vec<R>;
 
-/// Bodies, an array for each type.
+/// All bodies, in one array per type.
 #[derive(Clone, Copy, Debug)]
 pub struct Bodies<'a, R: RealField> {
     /// Rigid bodies.
@@ -41,41 +39,41 @@ pub struct Bodies<'a, R: RealField> {
 
 /// A kernel: a force and its derivatives as a function of bodies and parameters.
 pub trait Kernel: Clone + Default + Send + 'static {
-    /// The precision it computes in.
+    /// The precision of the kernel's operations.
     type Real: RealField + Copy;
-    /// Its parameters; `()` if it has none.
+    /// The parameters; `()` for a kernel without parameters.
     type Params: Clone + Send + 'static;
-    /// An index for each body, `[usize; n]`.
+    /// The index of each body, `[usize; n]`.
     type Indices: Copy + Default + AsRef<[usize]> + AsMut<[usize]> + Send + 'static;
-    /// The name of its force function.
+    /// The name of the force function.
     const NAME: &'static str;
-    /// The types of its bodies, in argument order.
+    /// The types of the bodies, in argument order.
     const BODIES: &'static [BodyKind];
-    /// Degrees of freedom of all its bodies: N.
+    /// N, the number of degrees of freedom of all bodies.
     const FREEDOMS: usize;
-    /// For each row of ∂F/∂X a string of N letters: `.` stands where the entry is always zero.
+    /// For each row of ∂F/∂X a string of N characters; `.` marks an entry that is always zero.
     const DFDX_NONZERO: &'static [&'static str];
     /// The same for ∂F/∂V.
     const DFDV_NONZERO: &'static [&'static str];
 
-    /// Computes force and derivatives for the bodies at these indices, each an index into the array of its type.
+    /// Computes force and derivatives for the bodies at these indices into the arrays of their types.
     ///
     /// Panics if an index is out of range.
     fn evaluate(&mut self, bodies: &Bodies<'_, Self::Real>, indices: Self::Indices, params: &Self::Params);
 
-    /// F: N entries, the bodies in argument order.
+    /// F, N entries: the bodies in argument order.
     fn force(&self) -> &[Self::Real];
 
-    /// ∂F/∂X: N² entries, row by row.
+    /// ∂F/∂X, N² entries row by row.
     fn dfdx(&self) -> &[Self::Real];
 
-    /// ∂F/∂V: N² entries, row by row.
+    /// ∂F/∂V, N² entries row by row.
     fn dfdv(&self) -> &[Self::Real];
 
-    /// Where [`Kernel::evaluate_force`] writes.
+    /// The buffer of [`Kernel::evaluate_force`].
     type Force: Clone + Default + Send + 'static;
 
-    /// Computes F alone, in less time: N entries.
+    /// Computes F only, N entries, faster than [`Kernel::evaluate`].
     fn evaluate_force<'a>(
         out: &'a mut Self::Force,
         bodies: &Bodies<'_, Self::Real>,
@@ -83,18 +81,20 @@ pub trait Kernel: Clone + Default + Send + 'static {
         params: &Self::Params,
     ) -> &'a [Self::Real];
 
-    /// Where [`Kernel::evaluate_step`] writes.
+    /// The buffer of [`Kernel::evaluate_step`].
     type Step: Clone + Default + Send + 'static;
 
-    /// How many rows C has, each with a multiplier λ = stiffness C + damping Ċ; an energy and a force have none.
+    /// The number of rows of C, each with a multiplier λ = stiffness C + damping Ċ; 0 for energies and
+    /// forces.
     const ROWS: usize = 0;
-    /// Whether λ is zero where it would be positive.
+    /// Whether λ is clamped to λ ≤ 0.
     const ONE_SIDED: bool = false;
 
-    /// Computes what a step of h s takes, in less time than both derivatives. `multipliers` stand for λ where gradients of C
-    /// turn, so that a pose at which joints are stretched does no harm to the matrix; there are [`Kernel::ROWS`] of them.
+    /// Computes the linearised force for a step of h s, faster than both derivatives. The [`Kernel::ROWS`]
+    /// `multipliers` replace λ in the derivatives of the gradients of C, so that stretched joints do not
+    /// spoil the matrix.
     ///
-    /// Panics if there are fewer, or if an index is out of range.
+    /// Panics if there are fewer multipliers, or if an index is out of range.
     fn evaluate_step<'a>(
         out: &'a mut Self::Step,
         bodies: &Bodies<'_, Self::Real>,
@@ -104,10 +104,10 @@ pub trait Kernel: Clone + Default + Send + 'static {
         multipliers: &[Self::Real],
     ) -> Linear<'a, Self::Real>;
 
-    /// Whether it has a potential that [`Kernel::measure`] knows: constraints and energies do.
+    /// Whether [`Kernel::measure`] returns a potential: true for constraints and energies.
     const HAS_POTENTIAL: bool = false;
 
-    /// The potential energy and the gap for the bodies at these indices.
+    /// The potential energy and the constraint violation of the bodies at these indices.
     fn measure(
         _bodies: &Bodies<'_, Self::Real>,
         _indices: Self::Indices,
@@ -119,29 +119,29 @@ pub trait Kernel: Clone + Default + Send + 'static {
     /// Appends the parameters as numbers, in source order.
     fn write_params(params: &Self::Params, numbers: &mut Vec<Self::Real>);
 
-    /// The parameters that `write_params` wrote; none if there are too few numbers.
+    /// Reads parameters that `write_params` wrote; `None` if there are too few numbers.
     fn read_params(numbers: &mut dyn Iterator<Item = Self::Real>) -> Option<Self::Params>;
 }
 
-/// A force about a state, as a step of h s takes it.
+/// A force linearised for a step of h s.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear<'a, R> {
-    /// F: N entries.
+    /// F, N entries.
     pub force: &'a [R],
-    /// h ∂F/∂V + h² ∂F/∂X, given multipliers in place of λ where gradients of C turn: N² entries, row by row.
+    /// h ∂F/∂V + h² ∂F/∂X, with given multipliers in derivatives of gradients of C: N² entries row by row.
     pub matrix: &'a [R],
-    /// λ, an entry a row of C.
+    /// λ, one entry per row of C.
     pub multipliers: &'a [R],
-    /// h ∂λ/∂V + h² ∂λ/∂X: N entries a row of C.
+    /// h ∂λ/∂V + h² ∂λ/∂X, N entries per row of C.
     pub slopes: &'a [R],
 }
 
-/// What a constraint or an energy stores, and how far it is from home.
+/// The stored energy of a constraint or an energy, and the violation of a constraint.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Measure<R> {
-    /// Potential energy: ½ stiffness C², each row by its own, or E.
+    /// The potential energy, J: ½ stiffness C² summed over rows, or E.
     pub energy: R,
-    /// The largest |C| of the rows; of a unilateral constraint only those count that push. Zero for an energy.
+    /// The largest |C| over the rows, or over the rows that push if unilateral; zero for an energy.
     pub gap: R,
 }
 
@@ -151,8 +151,8 @@ impl<R: RealField> Default for Measure<R> {
     }
 }
 
-/// The parameters of a kernel know it: a force can be named by its parameters alone.
+/// Identifies the kernel of a parameter type, so that the parameters alone determine the force.
 pub trait Parameters: Clone {
-    /// The kernel these are the parameters of.
+    /// The kernel with these parameters.
     type Kernel: Kernel<Params = Self>;
 }

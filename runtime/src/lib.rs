@@ -1,7 +1,7 @@
-//! What force functions and their kernels need at run time.
+//! The run-time library of force functions and their kernels.
 //!
-//! A force function is written over the types of the [`prelude`]; with the feature `macros`, which is on by default, an
-//! attribute turns it into a kernel at compile time:
+//! Force functions use the types of the [`prelude`]. With the default feature `macros`, an attribute compiles
+//! a force function to a kernel at compile time:
 //!
 //! ```
 //! use forcec_runtime::prelude::*;
@@ -27,10 +27,10 @@
 //! assert_eq!(out.force[2], -50.0);
 //! ```
 //!
-//! Without default features this crate has no macros and never builds the compiler; kernels then come from
-//! `forcec build --target rust` or from a build script.
+//! Without default features this crate has no macros and does not depend on the compiler; kernels then come
+//! from `forcec build --target rust` or from a build script.
 
-// The kernel of contacts is compiled here, and what the macros leave names this crate from outside.
+// Generated code refers to this crate by name, also for the contact kernel inside this crate.
 #[cfg(feature = "collision")]
 extern crate self as forcec_runtime;
 

@@ -1,11 +1,12 @@
-//! Methods of integration: one step of one island, without control.
+//! Methods of integration: one step of one island, without step control.
 //!
-//! Poses are counted from the start of the step: x₀ + δx, exp(δθ) q₀, so that δ̇x = v and δ̇θ = dexp⁻¹_δθ(ω). A method
-//! takes the state at the start and leaves the one at the end. Bodies that no force moves go along at their velocity.
+//! Poses are relative to the start of the step: x₀ + δx, exp(δθ) q₀, with δ̇x = v and δ̇θ = dexp⁻¹_δθ(ω). A
+//! method takes the state from the start to the end of the step. Kinematic bodies move at their velocity.
 //!
-//! Every implicit method solves (M − hγ D − s K) δ = b, most with s = (hγ)², where K = ∂f/∂x and D = ∂f/∂v. Among the forces is the gyroscopic
-//! torque −ω × Iω with its derivatives; the rotational diagonal block of K carries the inertia term `[τ]× − I [α]×`, since
-//! the inertia turns with the body: τ is the whole torque, or in a stage of forces with multipliers what it has to be, Iα.
+//! All implicit methods solve (M − hγ D − s K) δ = b, with K = ∂f/∂x, D = ∂f/∂v, and s = (hγ)² in most
+//! methods. The forces include the gyroscopic torque −ω × Iω with its derivatives. The rotational diagonal
+//! block of K contains `[τ]× − I [α]×`, because the inertia turns with the body; τ is the total torque, or Iα
+//! in a stage with multipliers.
 
 use crate::assemble::{Assembly, Frame, Wants, add_angular, add_linear, angular, linear};
 use crate::batch::{Batch, Sums};
@@ -23,60 +24,60 @@ use std::time::Instant;
 pub enum Integrator {
     /// (M − hD − h²K) δv = h (f₀ + h K v₀), of order one.
     LinearlyImplicitEuler,
-    /// The same without the derivatives of gyroscopic torque and turning inertia: A = I − hW(∂f/∂v + h ∂f/∂x) as in
-    /// D'Amora et al., IBM Systems Journal 45(1), 2006. For comparison.
+    /// The same without the derivatives of gyroscopic torque and rotating inertia, for comparisons: A = I −
+    /// hW(∂f/∂v + h ∂f/∂x), D'Amora et al., IBM Systems Journal 45(1), 2006.
     PaperEuler,
     /// Two stages with γ = 1 − 1/√2, L-stable, of order two; each stage is linearised at its predicted pose.
     #[default]
     Sdirk2,
-    /// One stage a step that balances forces at its end, of order two, which damps slow swings little: Chung and Hulbert,
-    /// Journal of Applied Mechanics 60, 1993. After what changes bodies or forces, but for loads, it starts by a step of
-    /// `Sdirk2`.
+    /// One stage per step, which balances forces at its end, of order two, with little damping of low
+    /// frequencies: Chung and Hulbert, Journal of Applied Mechanics 60, 1993. After a change of bodies or
+    /// forces, except loads, the first step is one of `Sdirk2`.
     GeneralizedAlpha,
-    /// Six stages with one matrix, of order four, with an estimate of its error that chooses the steps; Hairer and
-    /// Wanner, Solving Ordinary Differential Equations II, 1996.
+    /// Six stages with one matrix, of order four, with step control by an error estimate: Hairer and Wanner,
+    /// Solving Ordinary Differential Equations II, 1996.
     Rodas4,
     /// v += h M⁻¹f, then x ⊕= h v, of order one; explicit.
     SymplecticEuler,
-    /// The classical method of Runge and Kutta, of order four; explicit.
+    /// The classical Runge-Kutta method, of order four; explicit.
     RungeKutta4,
 }
 
-/// Products of blocks a node that elimination may take before iterations are cheaper: about those of a square of cloth
-/// of 200 × 200 particles.
+/// The block products per node above which iterations are cheaper than elimination: about the number for a
+/// square cloth of 200 × 200 particles.
 const DEAR: usize = 20_000;
 
 /// γ of SDIRK.
 pub(crate) const SDIRK: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
-/// How often a stage is linearised at most.
+/// The largest number of linearisations of a stage.
 const LINEARISATIONS: usize = 3;
 
-/// How far a solution may turn from its guess, rad. What is left out then opens a joint by 1e-4 of its arm, which the next
-/// step closes.
+/// The rotation, rad, above which a stage is linearised again. At this rotation the error opens a joint by
+/// 1e-4 of its arm, which the next step corrects.
 const FAR: f64 = 0.016;
 
-/// The same where an energy pulls: what is left out stands in its derivatives as if it were true.
+/// The same for an energy, whose derivatives contain the full error.
 const NEAR: f64 = 0.002;
 
-/// What a method works with, kept from step to step.
+/// The data of a method, reused in every step.
 pub(crate) struct Model<R: RealField, const D: usize> {
     pub(crate) assembly: Assembly<R, D>,
     pub(crate) space: Workspace<R, D>,
-    /// Velocities at the start of the step, and of a stage.
+    /// Velocities at the start of the step.
     pub(crate) start: Vec<SVector<R, D>>,
     pub(crate) velocity: Vec<SVector<R, D>>,
-    /// Pose of a stage.
+    /// Poses of a stage.
     pose: Vec<SVector<R, D>>,
-    /// What each stage gave, for poses and for velocities.
+    /// The result of each stage, for poses and for velocities.
     pub(crate) stages: [[Vec<SVector<R, D>>; 6]; 2],
-    /// The rates that the generalised-α method keeps: a, and v̇.
+    /// The rates of the generalised-α method: a and v̇.
     pub(crate) rates: [Vec<SVector<R, D>>; 2],
     /// The two polynomial terms of dense output, for poses and for velocities.
     dense: [[Vec<SVector<R, D>>; 2]; 2],
-    /// What the whole step adds to poses and velocities.
+    /// The change of poses and velocities in a whole step.
     change: [Vec<SVector<R, D>>; 2],
-    /// ∂f/∂t, and the bodies' B of the Rosenbrock method.
+    /// ∂f/∂t, and the matrix B of each body in the Rosenbrock method.
     driven: Vec<SVector<R, D>>,
     bends: Vec<Matrix3<R>>,
 }
@@ -98,7 +99,7 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
         }
     }
 
-    /// K becomes part of the matrix of a Rosenbrock method: A −= hγ K B.
+    /// Adds K to the matrix of a Rosenbrock method: A −= hγ K B.
     fn bend(&mut self, step: R) {
         let half = convert::<f64, R>(0.5);
         self.bends.clear();
@@ -124,7 +125,7 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
         system.blocks = blocks;
     }
 
-    /// A body at a share of the last step's time, from where it was at its start; none without a step of `Rodas4`.
+    /// A body at a fraction `share` of the last step; `None` unless that was a step of `Rodas4`.
     pub(crate) fn between(
         &self,
         kind: BodyKind,
@@ -147,7 +148,7 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
         })
     }
 
-    /// B x, for one node.
+    /// B x for one node.
     fn bent(&self, node: usize, step: R, x: &SVector<R, D>) -> SVector<R, D> {
         let mut bent = x * step;
         if D == 6 {
@@ -167,20 +168,20 @@ pub(crate) struct Stepper<'a, R: RealField, const D: usize> {
     pub(crate) model: &'a mut Model<R, D>,
     pub(crate) gravity: Vector3<R>,
     pub(crate) solver: Solver,
-    /// Whether the rates that bodies keep are those of the present state.
+    /// Whether the rates stored in the bodies belong to the present state.
     pub(crate) warm: bool,
     pub(crate) report: &'a mut Report,
 }
 
-/// How good a step was.
+/// The quality of a step.
 pub(crate) struct Outcome<R> {
-    /// The largest relative residual of the last solutions of stages.
+    /// The largest relative residual of the stages.
     pub(crate) residual: R,
-    /// The estimated error of the end, m and rad, if the method has one.
+    /// The estimated error at the end, m and rad, if the method estimates it.
     pub(crate) error: Option<R>,
 }
 
-/// What lets a batch add to assemblies of either size.
+/// Wraps an assembly of either block size for batches.
 pub(crate) trait Sized3Or6<R: RealField> {
     fn sums(&mut self) -> Sums<'_, R>;
 }
@@ -201,7 +202,7 @@ impl<R: RealField + Copy, const D: usize> Stepper<'_, R, D>
 where
     Assembly<R, D>: Sized3Or6<R>,
 {
-    /// One step; nothing if a solver broke down.
+    /// Takes one step; `None` if a solver broke down.
     pub(crate) fn step(&mut self, h: R, integrator: Integrator) -> Option<Outcome<R>> {
         let nodes = self.model.assembly.system.nodes();
         let Model { start, velocity, pose, .. } = &mut *self.model;
@@ -237,10 +238,10 @@ where
         Some(Outcome { residual, error: None })
     }
 
-    /// Alexander's method: v₁ = v₀ + hγ a₁, v₂ = v₀ + h(1−γ) a₁ + hγ a₂, and so for the pose. The second pose increment
-    /// θ carries dexp⁻¹: θ = h(1−γ) ω₁ + hγ (ω₂ − ½ θ × ω₂).
+    /// Alexander's method: v₁ = v₀ + hγ a₁, v₂ = v₀ + h(1−γ) a₁ + hγ a₂, and likewise for poses. The second
+    /// pose increment θ includes dexp⁻¹: θ = h(1−γ) ω₁ + hγ (ω₂ − ½ θ × ω₂).
     ///
-    /// The first stage starts from v₀ and x₀ ⊕ hγ v₀, the second from v₁ and x₀ ⊕ h v₁.
+    /// The initial guess of the first stage is v₀ and x₀ ⊕ hγ v₀, that of the second v₁ and x₀ ⊕ h v₁.
     pub(crate) fn sdirk2(&mut self, h: R) -> Option<Outcome<R>> {
         let gamma = convert::<f64, R>(SDIRK);
         let step = h * gamma;
@@ -264,12 +265,12 @@ where
         Some(Outcome { residual: first.max(second), error: None })
     }
 
-    /// One stage at a time: v = o + a `step`, where o stands in `stages[1][0]`, and the pose that `at` gives for what stands
-    /// in `stages[1][1]` and for v; the residual. `velocity` holds a guess. With the velocity the pose moves by
-    /// `stiffness` / `step`.
+    /// Solves one stage: v = o + a `step` with o = `stages[1][0]`, and the pose `at(stages[1][1], v)`;
+    /// returns the residual. `velocity` contains the initial guess; `stiffness` / `step` is the change of the
+    /// pose per change of v.
     ///
-    /// It is linear about the guess. What a force with an arm errs by that grows with the square of how far the solution
-    /// has turned from it; where that is far, the stage is linear anew about what was found.
+    /// The stage is linearised at the guess. For forces with an arm the error is quadratic in the rotation
+    /// from the guess; after a large rotation the stage is linearised again at the solution.
     pub(crate) fn stage(
         &mut self,
         time: R,
@@ -312,7 +313,7 @@ where
                 break;
             }
         }
-        // Of those before it only the guess is left.
+        // Earlier solutions are only guesses.
         Some(self.residual())
     }
 
@@ -359,8 +360,8 @@ where
         Some(Outcome { residual: R::zero(), error: None })
     }
 
-    /// A Rosenbrock method in u = (uδ, uv): with B = (1/(hγ) − ½[ω₀]×)⁻¹ in the rotational block and hγ elsewhere,
-    /// uδ = B (rδ + uv) and (M₀ − hγ D − hγ K B) uv = hγ (M₀ rv + K B rδ).
+    /// A Rosenbrock method for u = (uδ, uv): with B = (1/(hγ) − ½[ω₀]×)⁻¹ in the rotational block and hγ
+    /// elsewhere, uδ = B (rδ + uv) and (M₀ − hγ D − hγ K B) uv = hγ (M₀ rv + K B rδ).
     fn rodas4(&mut self, h: R) -> Option<Outcome<R>> {
         let number = convert::<f64, R>;
         let step = h * number(rodas::GAMMA);
@@ -406,7 +407,7 @@ where
         Some(Outcome { residual, error: Some(error) })
     }
 
-    /// Solves for the u of one stage at the present state; the residual.
+    /// Solves one stage for u at the present state; returns the residual.
     fn rosenbrock_stage(&mut self, stage: usize, h: R, step: R) -> R {
         let time = convert::<f64, R>(rodas::DRIVEN[stage]) * h;
         let Model { assembly, velocity, pose, stages, driven, .. } = &mut *self.model;
@@ -444,7 +445,7 @@ where
         residual
     }
 
-    /// Velocities of the bodies as they are, as those of the start.
+    /// Reads the initial velocities from the bodies.
     fn gather(&mut self) {
         let Model { assembly, start, velocity, pose, .. } = &mut *self.model;
         for (body, node) in self.store.rigid.iter().zip(&assembly.nodes[0]) {
@@ -464,7 +465,7 @@ where
         pose.fill(SVector::zeros());
     }
 
-    /// Puts bodies at the model's pose and velocity, counted from the saved ones; others go along for a time.
+    /// Sets bodies to the model's poses, relative to the saved ones, and velocities; moves kinematic bodies.
     pub(crate) fn set(&mut self, time: R) {
         let Model { assembly, velocity, pose, .. } = &*self.model;
         for (k, (body, node)) in self.store.rigid.iter_mut().zip(&assembly.nodes[0]).enumerate() {
@@ -488,7 +489,7 @@ where
         }
     }
 
-    /// What a step takes at the present state.
+    /// Assembles the system at the present state.
     fn assemble(&mut self, damping: R, stiffness: R, wants: Wants) {
         let out = &mut self.model.assembly;
         (out.damping, out.stiffness, out.wants) = (damping, stiffness, wants);
@@ -502,7 +503,7 @@ where
         self.report.assembly += timer.elapsed();
     }
 
-    /// Accelerations at the present state, in place of a solution.
+    /// Computes accelerations at the present state into the right-hand side.
     fn accelerate(&mut self) {
         self.assemble(R::zero(), R::zero(), Wants::default());
         let Assembly { system, force, nodes, .. } = &mut self.model.assembly;
@@ -517,7 +518,7 @@ where
         });
     }
 
-    /// Solves the system by the method that was chosen, unless that breaks down.
+    /// Solves the system with the selected method; `None` after a breakdown.
     fn solve(&mut self) -> Option<()> {
         let timer = Instant::now();
         let _span = span("solve");
@@ -546,7 +547,7 @@ where
         (solved || eliminates).then_some(())
     }
 
-    /// How much of the right-hand side the last solution leaves, relative to it.
+    /// The relative residual of the last solution.
     fn residual(&mut self) -> R {
         let timer = Instant::now();
         let residual = self.model.assembly.system.residual();
@@ -555,7 +556,7 @@ where
     }
 }
 
-/// Every body that forces move: its node, its mass, and of a rigid one its index and principal moments.
+/// Visits every dynamic body: its node and mass, for a rigid body also its index and principal moments.
 fn each_mass<R: RealField + Copy>(
     store: &Store<R>,
     nodes: &[Vec<Option<usize>>; 2],
@@ -581,7 +582,7 @@ fn pose_rate<R: RealField + Copy, const D: usize>(
     let number = convert::<f64, R>;
     let (turn, spin) = (angular(pose), angular(velocity));
     let square = turn.norm_squared();
-    // Below it the series is exact to rounding: its next term is |θ|⁴/30240.
+    // For smaller angles the series is exact to rounding: its next term is |θ|⁴/30240.
     let factor = if square < number(1e-4) {
         number(1.0 / 12.0) + square * number(1.0 / 720.0)
     } else {
@@ -594,7 +595,7 @@ fn pose_rate<R: RealField + Copy, const D: usize>(
     rate
 }
 
-/// Σ wⱼ uⱼ over the stages that come before.
+/// Σ wⱼ uⱼ over the earlier stages.
 fn weighted<R: RealField + Copy, const D: usize>(
     stages: &[Vec<SVector<R, D>>; 6],
     weights: &[f64],
@@ -613,9 +614,9 @@ mod rodas {
     pub(super) const GAMMA: f64 = 0.25;
     /// αᵢ: the time of each stage.
     pub(super) const TIMES: [f64; 6] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
-    /// γᵢ: how much of h ∂f/∂t each stage takes.
+    /// γᵢ: the factor of h ∂f/∂t in each stage.
     pub(super) const DRIVEN: [f64; 6] = [0.25, -0.1043, 0.1035, -0.03620000000000023, 0.0, 0.0];
-    /// aᵢⱼ: the state of each stage. What the last adds is the difference to the embedded method of order three.
+    /// aᵢⱼ: the state of each stage. The last adds the difference to the embedded method of order three.
     pub(super) const STATES: [&[f64]; 6] = [
         &[],
         &[1.544],
@@ -633,7 +634,7 @@ mod rodas {
         &[7.496443313967647, -10.24680431464352, -33.99990352819905, 11.7089089320616],
         &[8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054],
     ];
-    /// The terms of dense output.
+    /// The coefficients of dense output.
     pub(super) const DENSE: [[f64; 5]; 2] = [
         [10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662],
         [-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872],

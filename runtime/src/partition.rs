@@ -1,4 +1,4 @@
-//! Which bodies and forces are in which island: kept up to date as they come, go and wake.
+//! Updates the partition of bodies and forces into islands.
 
 use crate::Rigid;
 use crate::island::{Island, Life};
@@ -8,7 +8,7 @@ use crate::world::{Body, Frame, Motion, Place, World};
 use nalgebra::{RealField, Vector3, convert};
 
 impl<R: RealField + Copy> World<R> {
-    /// Brings islands up to date: those that fell apart, those whose system has changed, those that are awake.
+    /// Updates islands: splits those that fell apart, rebuilds changed systems, finds the awake ones.
     pub(crate) fn prepare(&mut self) {
         if self.stirred {
             self.roaming.clear();
@@ -58,7 +58,7 @@ impl<R: RealField + Copy> World<R> {
         }
     }
 
-    /// Finds which islands are awake, and counts the others.
+    /// Lists the awake islands and counts the others.
     pub(crate) fn count(&mut self) {
         self.awake.clear();
         self.resting = [0; 2];
@@ -79,7 +79,7 @@ impl<R: RealField + Copy> World<R> {
         self.islands[island].store.iter().any(|(_, _, member)| frame(member.entry).is_some_and(Frame::moves))
     }
 
-    /// Makes islands of the parts of one.
+    /// Splits an island into its parts.
     fn take_apart(&mut self, number: usize) {
         let Some((count, parts)) = self.islands[number].parts() else { return };
         let whole = std::mem::replace(&mut self.islands[number], Island::new(Vector3::zeros()));
@@ -97,7 +97,7 @@ impl<R: RealField + Copy> World<R> {
         }
     }
 
-    /// Tells handles where the bodies and forces of an island are; one that is not there has none.
+    /// Updates the handles of an island's bodies and forces; does nothing if the island does not exist.
     fn renumber(&mut self, number: usize) {
         let Some(island) = self.islands.get(number) else { return };
         for (_, index, member) in island.store.iter() {
@@ -112,7 +112,7 @@ impl<R: RealField + Copy> World<R> {
         }
     }
 
-    /// Makes one island of two, the larger one, and returns its number.
+    /// Merges two islands into the larger one; returns its index.
     pub(crate) fn join(&mut self, a: usize, b: usize) -> usize {
         if a == b {
             return a;
@@ -130,7 +130,7 @@ impl<R: RealField + Copy> World<R> {
         home
     }
 
-    /// The index of a body that no force moves in an island.
+    /// The index of a kinematic body in an island; copies the body if necessary.
     pub(crate) fn stand_in(&mut self, island: usize, body: Body, frame: usize) -> usize {
         let island = &mut self.islands[island];
         let members = &island.store.members[body.kind as usize];
@@ -150,7 +150,7 @@ impl<R: RealField + Copy> Frame<R> {
         self.state.velocity != Vector3::zeros() || self.state.angular_velocity != Vector3::zeros()
     }
 
-    /// Its state, the position counting from an origin.
+    /// The state, with the position relative to an origin.
     fn local_to(&self, origin: Vector3<f64>) -> Rigid<R> {
         let shift: Vector3<R> = (self.origin - origin).map(convert);
         Rigid { position: self.state.position + shift, ..self.state }

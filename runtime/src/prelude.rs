@@ -1,4 +1,4 @@
-//! The names that force functions are written with, in double precision: `use forcec_runtime::prelude::*`.
+//! The names used in force functions, in double precision: `use forcec_runtime::prelude::*`.
 
 pub use crate::bodies::{Particle, Rigid, Wrench};
 pub use crate::functions::{AngleBetween, Inverse, Outer, RealFunctions};

@@ -1,4 +1,4 @@
-//! The names that force functions are written with, in single precision: `use forcec_runtime::prelude_f32::*`.
+//! The names used in force functions, in single precision: `use forcec_runtime::prelude_f32::*`.
 
 pub use crate::bodies::{ParticleF32 as Particle, RigidF32 as Rigid};
 pub use crate::functions::{AngleBetween, Inverse, Outer, RealFunctions};
@@ -20,5 +20,5 @@ pub type Mat2 = nalgebra::Matrix2<Real>;
 pub type Mat3 = nalgebra::Matrix3<Real>;
 /// A rotation as a unit quaternion.
 pub type Quat = nalgebra::UnitQuaternion<Real>;
-/// A force, and a torque about the centre of mass, in the world frame.
+/// A force and a torque about the centre of mass, in the world frame.
 pub type Wrench = crate::bodies::Wrench<Real>;

@@ -1,42 +1,43 @@
-//! What a step did, and the spans by which a profiler sees it.
+//! The report of a step, and tracing spans for profilers.
 
 use std::time::Duration;
 
-/// What a step did. Numbers are sums over the islands that were stepped, unless they are called largest.
+/// The results of a step. Numbers are sums over the islands that were stepped, except those called largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
-    /// Islands that were stepped.
+    /// The number of islands that were stepped.
     pub awake: usize,
-    /// Islands that sleep after it.
+    /// The number of sleeping islands after the call.
     pub asleep: usize,
-    /// Islands that stand still after it since no step of theirs was good, in this call or before.
+    /// The number of islands stopped by failed steps, in this call or earlier.
     pub quarantined: usize,
-    /// Steps that were accepted to cover the time.
+    /// The number of accepted steps.
     pub accepted: usize,
-    /// Steps that were discarded.
+    /// The number of discarded steps.
     pub rejected: usize,
-    /// Islands that took the semi-definite back-up.
+    /// The number of islands that needed semi-definite derivatives.
     pub semi_definite: usize,
-    /// Islands that took the last back-up, which caps stiffness.
+    /// The number of islands that needed capped stiffness.
     pub capped: usize,
-    /// Iterations of iterative solvers.
+    /// The iterations of iterative solvers.
     pub iterations: usize,
-    /// Iterative solvers that broke down.
+    /// The breakdowns of iterative solvers.
     pub breakdowns: usize,
     /// The largest relative residual |b − A x| / |b| of an accepted step.
     pub residual: f64,
-    /// Kinetic energy, the potential in gravity, zero at the world's origin, and that of constraints and energies, J.
+    /// The energy, J: kinetic, potential in gravity (zero at the world's origin), of constraints and
+    /// energies.
     pub energy: f64,
-    /// The largest |C| of any constraint.
+    /// The largest |C| of any constraint; unilateral rows count only while they push.
     pub gap: f64,
-    /// Time for assembling, added up over threads.
+    /// The time for assembly, summed over threads.
     pub assembly: Duration,
-    /// Time for solving, added up over threads.
+    /// The time for solving, summed over threads.
     pub solve: Duration,
 }
 
 impl Report {
-    /// Adds another island's.
+    /// Adds the report of another island.
     pub(crate) fn add(&mut self, other: &Report) {
         self.awake += other.awake;
         self.accepted += other.accepted;
@@ -53,17 +54,17 @@ impl Report {
     }
 }
 
-/// A span for profilers, while it lives.
+/// A span for profilers, until it is dropped.
 #[cfg(feature = "tracing")]
 pub(crate) fn span(name: &'static str) -> tracing::span::EnteredSpan {
     tracing::trace_span!("forcec", part = name).entered()
 }
 
-/// No span: the feature `tracing` is off.
+/// A substitute for spans: the feature `tracing` is off.
 #[cfg(not(feature = "tracing"))]
 pub(crate) struct NoSpan;
 
-/// No span: the feature `tracing` is off.
+/// A substitute for spans: the feature `tracing` is off.
 #[cfg(not(feature = "tracing"))]
 pub(crate) fn span(_name: &'static str) -> NoSpan {
     NoSpan

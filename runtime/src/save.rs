@@ -1,7 +1,7 @@
-//! Worlds as values that serde writes and reads.
+//! Worlds as values that serde can write and read.
 //!
-//! A saved world holds everything that a step depends on, in its order, so that the loaded one carries on bit for bit.
-//! Forces are saved by the names of their kernels; whoever loads says which these are.
+//! A saved world contains everything that a step depends on, in order, so a loaded world continues bit for
+//! bit. Forces are saved with the names of their kernels; `load` requires a list of these kernels.
 
 use crate::batch::{Batch, Forces};
 use crate::error::Error;
@@ -53,10 +53,10 @@ struct SavedForce<R> {
     params: Vec<R>,
 }
 
-/// Makes a batch without forces.
+/// Creates an empty batch.
 type Empty<R> = fn() -> Box<dyn Batch<R>>;
 
-/// The kernels that a saved world may name.
+/// The kernels that a saved world may refer to.
 pub struct Kernels<R> {
     empty: BTreeMap<&'static str, Empty<R>>,
 }
@@ -68,12 +68,12 @@ impl<R> Default for Kernels<R> {
 }
 
 impl<R: RealField + Copy> Kernels<R> {
-    /// None.
+    /// An empty list.
     pub fn new() -> Kernels<R> {
         Kernels::default()
     }
 
-    /// One more, named by its output: `Kernels::new().with::<ball::Output>()`. Of two with one name the last counts.
+    /// Adds a kernel by its output, `Kernels::new().with::<ball::Output>()`; replaces one of the same name.
     pub fn with<K: Kernel<Real = R>>(mut self) -> Kernels<R> {
         self.empty.insert(K::NAME, || Box::new(Forces::<K>::default()));
         self
@@ -81,7 +81,7 @@ impl<R: RealField + Copy> Kernels<R> {
 }
 
 impl<R: RealField + Copy> World<R> {
-    /// All that a step depends on.
+    /// Saves everything that a step depends on.
     pub fn save(&self) -> Saved<R> {
         let batch = |batch: &dyn Batch<R>| {
             let force = |(at, &entry): (usize, &usize)| SavedForce {
@@ -115,7 +115,7 @@ impl<R: RealField + Copy> World<R> {
         }
     }
 
-    /// The world that was saved; handles of then are handles of now.
+    /// Restores a saved world; handles from before the save remain valid.
     pub fn load(saved: Saved<R>, kernels: &Kernels<R>) -> Result<World<R>, Error> {
         let mut world = World {
             gravity: saved.gravity,
@@ -139,7 +139,7 @@ impl<R: RealField + Copy> World<R> {
         if world.holds_together() { Ok(world) } else { Err(Error::Damaged) }
     }
 
-    /// Whether every number that names a thing names one that is there.
+    /// Whether every index refers to an existing object.
     fn holds_together(&self) -> bool {
         let member = |place: Place, entry: usize| match place {
             Place::Frame(index) => self.frames.get(index).is_some_and(|frame| frame.entry == entry),

@@ -1,48 +1,47 @@
-//! How a world is stepped.
+//! The settings of steps.
 
 use crate::iterative::Solver;
 use crate::methods::Integrator;
 use nalgebra::{RealField, convert};
 
-/// How a world is stepped.
+/// The methods and tolerances of steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings<R> {
     /// The method of integration.
     pub integrator: Integrator,
-    /// The method for linear systems. `Rodas4`, which solves with one matrix six times, always eliminates.
+    /// The method for linear systems. `Rodas4` always uses elimination, because its matrix serves six times.
     pub solver: Solver,
-    /// What `Rodas4` may err in a step, m and rad.
+    /// The tolerated error of `Rodas4` per step, m and rad.
     pub tolerance: R,
-    /// By how much the energy of an island may grow in a call of `step`, as a share of the most kinetic and elastic
-    /// energy it has had of late. Work that is done on it from outside is allowed beside that.
+    /// The tolerated growth of an island's energy per call of `step`, relative to its largest recent kinetic
+    /// and elastic energy. Work done from outside is allowed in addition.
     pub energy_growth: R,
-    /// The same for energy that is lost; none if losing is fine, as it must be where something damps.
+    /// The same for a loss of energy; `None` allows any loss, as damping requires.
     pub energy_loss: Option<R>,
-    /// When islands fall asleep; none if they never do.
+    /// The condition for falling asleep; `None` disables sleep.
     pub sleep: Option<Sleep<R>>,
-    /// Islands above a size are solved in parts; none if they never are.
+    /// The solution of large islands in parts; `None` disables it.
     pub decoupling: Option<Decoupling>,
 }
 
-/// When an island falls asleep.
+/// The condition for falling asleep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sleep<R> {
-    /// Its bodies are slower than this, m/s and rad/s,
+    /// The speed below which a body counts as slow, m/s and rad/s.
     pub speed: R,
-    /// for this long, s.
+    /// The time for which all bodies must be slow, s.
     pub time: R,
 }
 
-/// How islands are solved in parts: forces across a cut act, but their derivatives from part to part are left out. Where
-/// the cuts lie changes from step to step.
+/// Solves large islands in parts: forces act across cuts, derivatives between parts are neglected. Cuts vary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Decoupling {
-    /// The most bodies of a part.
+    /// The largest number of bodies in a part.
     pub limit: usize,
-    /// Decides where the cuts lie.
+    /// The seed of the cuts.
     pub seed: u64,
 }
 

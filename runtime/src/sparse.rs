@@ -1,37 +1,38 @@
-//! Sparse linear systems of D × D blocks: their pattern, and direct solution by block elimination.
+//! Sparse linear systems of D × D blocks: pattern, and direct solution by block elimination.
 //!
-//! In go the pairs of nodes that forces couple; out comes an order of elimination by least degree, nodes side by side
-//! that do not wait for each other, the fill it makes, and storage for both, kept while the pairs stay. On a tree there is no fill and a solve is O(n). Blocks need not be
-//! symmetric, their pattern is. Nodes are renumbered: node i is the i-th that is eliminated. Diagonal blocks are
-//! factored without pivoting; whoever solves checks the residual. Other solvers stand in [`iterative`](crate::iterative).
+//! In: the pairs of nodes that forces couple. Out: an elimination order of minimum degree, with independent
+//! nodes grouped in levels, and storage for the matrix and its fill, reused while the pairs stay the same. A
+//! tree has no fill, and a solve costs O(n). The pattern is symmetric, the blocks need not be. Nodes are
+//! renumbered in elimination order. Diagonal blocks are factored without pivoting; the caller checks the
+//! residual. [`iterative`](crate::iterative) contains other solvers.
 
 use crate::block::Block;
 use nalgebra::{RealField, SVector};
 use std::collections::BTreeSet;
 
-/// The matrix of a step, its factors and its right-hand side.
+/// The matrix of a step, with factors and right-hand side.
 #[derive(Clone, Debug)]
 pub(crate) struct System<R: RealField, const D: usize> {
-    /// Where runs of nodes end that do not wait for each other's elimination.
+    /// The end of each level, a run of nodes whose eliminations are independent.
     levels: Vec<usize>,
-    /// Blocks right of the diagonal in row i, and below it in column i: `start[i]..start[i + 1]`.
+    /// The off-diagonal blocks of each node, right of the diagonal and below: `start[i]..start[i + 1]`.
     start: Vec<usize>,
-    /// The later node of each such block, ascending in a row.
+    /// The later node of each off-diagonal block, ascending in each row.
     later: Vec<usize>,
-    /// Where elimination of a node changes a block, for each pair of its later nodes in order.
+    /// The block that elimination changes, for each pair of a node's later nodes in order.
     targets: Vec<u32>,
-    /// Which of the upper and lower blocks elimination changes, in the order of `later`.
+    /// Whether elimination changes each upper and lower block, in the order of `later`.
     changed: Vec<bool>,
-    /// Place, row and column of every block that is no fill, by rows of the upper triangle.
+    /// Position, row and column of every block except fill, by rows of the upper triangle.
     pattern: Vec<[u32; 3]>,
     /// The diagonal, then the upper, then the lower blocks.
     pub(crate) blocks: Vec<Block<R, D>>,
     pub(crate) factors: Vec<Block<R, D>>,
-    /// The part each node belongs to, where the system is cut; else none.
+    /// The part of each node if the system is cut; else empty.
     pub(crate) parts: Vec<u32>,
     /// The right-hand side, then the solution.
     pub(crate) rhs: Vec<SVector<R, D>>,
-    /// The right-hand side while it is being replaced, then the residual.
+    /// A copy of the right-hand side, then the residual.
     work: Vec<SVector<R, D>>,
 }
 
@@ -42,7 +43,7 @@ impl<R: RealField + Copy, const D: usize> Default for System<R, D> {
 }
 
 impl<R: RealField + Copy, const D: usize> System<R, D> {
-    /// A system over nodes with these neighbours, and for each node its place in the order of elimination.
+    /// A system for nodes with these neighbours, and each node's position in the elimination order.
     pub(crate) fn new(neighbours: &[BTreeSet<usize>]) -> (System<R, D>, Vec<usize>) {
         let coupled = neighbours;
         let mut neighbours = neighbours.to_vec();
@@ -50,7 +51,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         let mut queue: BTreeSet<(usize, usize)> =
             neighbours.iter().enumerate().map(|(node, near)| (near.len(), node)).collect();
         let mut rows = Vec::with_capacity(nodes);
-        // How many eliminations have to come before each: those that do not wait for each other stand together.
+        // The number of eliminations that must precede a node; nodes with equal numbers form a level.
         let mut levels = vec![0; nodes];
         while let Some((_, node)) = queue.pop_first() {
             let near = std::mem::take(&mut neighbours[node]);
@@ -115,22 +116,22 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         (system, place)
     }
 
-    /// How many nodes there are.
+    /// The number of nodes.
     pub(crate) fn nodes(&self) -> usize {
         self.start.len() - 1
     }
 
-    /// How many products of blocks an elimination takes.
+    /// The number of block products in an elimination.
     pub(crate) fn products(&self) -> usize {
         self.targets.len()
     }
 
-    /// Empties the matrix.
+    /// Sets the matrix to zero.
     pub(crate) fn clear(&mut self) {
         self.blocks.fill(Block::zeros());
     }
 
-    /// Where among `blocks` the block in this row and column lies, which a force couples.
+    /// The position in `blocks` of the block in this row and column, which a force must couple.
     pub(crate) fn place(&self, row: usize, column: usize) -> usize {
         if row == column {
             return row;
@@ -146,13 +147,13 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         self.parts.is_empty() || self.parts[node] == self.parts[other]
     }
 
-    /// Replaces the right-hand side by the solution, and keeps it for the residual.
+    /// Replaces the right-hand side by the solution; keeps a copy for the residual.
     pub(crate) fn solve(&mut self) {
         self.factor();
         self.solve_again();
     }
 
-    /// The same with the factors that are there.
+    /// The same with the existing factors.
     pub(crate) fn solve_again(&mut self) {
         self.keep_rhs();
         self.substitute();
@@ -170,7 +171,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         let (mut targets, mut first) = (self.targets.as_slice(), 0);
         for &end in &self.levels {
             let level = std::mem::replace(&mut first, end)..end;
-            // A factorisation is one long chain of divisions: those of a level run side by side.
+            // A factorisation is a chain of divisions; independent ones of a level overlap in the processor.
             diagonals[level.clone()].iter_mut().for_each(Block::factor);
             for node in level.clone() {
                 for at in
@@ -215,7 +216,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         self.factors = factors;
     }
 
-    /// A lower block as it is when its node is eliminated.
+    /// A lower block at the time when its node is eliminated.
     fn lower(&self, at: usize) -> &Block<R, D> {
         let count = self.later.len();
         let blocks = if self.changed[count + at] { &self.factors } else { &self.blocks };
@@ -259,7 +260,7 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         if rest == R::zero() { rest } else { (rest / size).sqrt() }
     }
 
-    /// Keeps the right-hand side for a residual.
+    /// Copies the right-hand side for the residual.
     pub(crate) fn keep_rhs(&mut self) {
         self.work.copy_from_slice(&self.rhs);
     }
@@ -270,12 +271,12 @@ impl<R: RealField + Copy, const D: usize> System<R, D> {
         self.add_product(&self.blocks, x, y);
     }
 
-    /// y += B x, where the blocks of B lie as those of this system do.
+    /// y += B x for blocks B in the pattern of this system.
     pub(crate) fn add_product(&self, blocks: &[Block<R, D>], x: &[SVector<R, D>], y: &mut [SVector<R, D>]) {
         self.each_block(|place, row, column| y[row] += blocks[place].times(&x[column]));
     }
 
-    /// Every block that counts and is no fill: its place, its row and its column.
+    /// Visits every block that is neither fill nor cut: position, row and column.
     pub(crate) fn each_block(&self, mut visit: impl FnMut(usize, usize, usize)) {
         for block in &self.pattern {
             let [place, row, column] = block.map(|x| x as usize);

@@ -5,16 +5,16 @@ use crate::kernel::{Bodies, BodyKind};
 use crate::world::Motion;
 use nalgebra::{Quaternion, RealField, UnitQuaternion, Vector3, Vector6, convert};
 
-/// What a world knows of a body beside its state.
+/// The data of a body, without its state.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Member<R: RealField> {
-    /// Its entry among the world's bodies.
+    /// The entry in the world's table of bodies.
     pub(crate) entry: usize,
     pub(crate) motion: Motion<R>,
-    /// A force and a torque that act on it until told otherwise.
+    /// A constant force and torque.
     pub(crate) load: Vector6<R>,
-    /// What the generalised-α method keeps.
+    /// The rates of the generalised-α method.
     pub(crate) rates: [Vector6<R>; 2],
 }
 
@@ -23,7 +23,7 @@ impl<R: RealField + Copy> Member<R> {
         Member { entry, motion, load: Vector6::zeros(), rates: [Vector6::zeros(); 2] }
     }
 
-    /// Mass and principal moments, if forces move it.
+    /// The mass and principal moments of a dynamic body.
     pub(crate) fn inertia(&self) -> Option<(R, Vector3<R>)> {
         match self.motion {
             Motion::Dynamic(mass, moments) => Some((mass, moments)),
@@ -32,13 +32,13 @@ impl<R: RealField + Copy> Member<R> {
     }
 }
 
-/// Bodies, and beside each what is known of it. A body that no force moves may stand in several islands.
+/// The bodies with their data. A kinematic body may be in several islands.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Store<R: RealField> {
     pub(crate) rigid: Vec<Rigid<R>>,
     pub(crate) particles: Vec<Particle<R>>,
-    /// Of rigid bodies, then of particles.
+    /// The data of rigid bodies, then of particles.
     pub(crate) members: [Vec<Member<R>>; 2],
 }
 
@@ -48,7 +48,7 @@ impl<R: RealField> Default for Store<R> {
     }
 }
 
-/// States alone, to come back to.
+/// The states of all bodies, for restoring them.
 #[derive(Clone, Debug)]
 pub(crate) struct Poses<R: RealField> {
     pub(crate) rigid: Vec<Rigid<R>>,
@@ -56,7 +56,7 @@ pub(crate) struct Poses<R: RealField> {
 }
 
 impl<R: RealField + Copy> Poses<R> {
-    /// The state of a body, if it is there.
+    /// The state of a body; `None` if the index is out of range.
     pub(crate) fn get(&self, kind: BodyKind, index: usize) -> Option<Rigid<R>> {
         match kind {
             BodyKind::Rigid => self.rigid.get(index).copied(),
@@ -86,12 +86,12 @@ impl<R: RealField + Copy> Store<R> {
         Bodies { rigid: &self.rigid, particles: &self.particles }
     }
 
-    /// How many bodies forces move.
+    /// The number of dynamic bodies.
     pub(crate) fn moving(&self) -> usize {
         self.members.iter().flatten().filter(|member| member.motion != Motion::Kinematic).count()
     }
 
-    /// Appends a body and returns its index; a particle is a rigid body that is not turned.
+    /// Appends a body and returns its index; a particle is given as a rigid body without rotation.
     pub(crate) fn push(&mut self, kind: BodyKind, state: Rigid<R>, member: Member<R>) -> usize {
         match kind {
             BodyKind::Rigid => self.rigid.push(state),
@@ -116,7 +116,7 @@ impl<R: RealField + Copy> Store<R> {
         }
     }
 
-    /// Removes a body; the last one of its type takes its place.
+    /// Removes a body; the last body of its type takes its index.
     pub(crate) fn remove(&mut self, kind: BodyKind, index: usize) {
         match kind {
             BodyKind::Rigid => _ = self.rigid.swap_remove(index),
@@ -125,7 +125,7 @@ impl<R: RealField + Copy> Store<R> {
         self.members[kind as usize].swap_remove(index);
     }
 
-    /// Every body: its type, its index and what is known of it.
+    /// Every body: type, index and data.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (BodyKind, usize, &Member<R>)> {
         let of = |kind: BodyKind| {
             self.members[kind as usize].iter().enumerate().map(move |(index, member)| (kind, index, member))
@@ -153,7 +153,7 @@ pub(crate) fn as_rigid<R: RealField + Copy>(state: &Particle<R>) -> Rigid<R> {
     Rigid { position: state.position, velocity: state.velocity, ..Rigid::default() }
 }
 
-/// A pose turned and moved: x + `way`, exp(`turn`) q.
+/// A displaced pose: x + `way`, exp(`turn`) q.
 #[inline]
 pub(crate) fn moved<R: RealField + Copy>(pose: &Rigid<R>, way: Vector3<R>, turn: Vector3<R>) -> Rigid<R> {
     let mut orientation = exp(&turn) * pose.orientation;
@@ -161,12 +161,12 @@ pub(crate) fn moved<R: RealField + Copy>(pose: &Rigid<R>, way: Vector3<R>, turn:
     Rigid { position: pose.position + way, orientation, ..*pose }
 }
 
-/// exp(θ) = (θ/2 sin(α)/α, cos(α)), α = |θ|/2; of angles that steps turn bodies by, by the series of both.
+/// exp(θ) = (θ/2 sin(α)/α, cos(α)), α = |θ|/2; for angles of typical steps by power series.
 #[inline]
 fn exp<R: RealField + Copy>(turn: &Vector3<R>) -> UnitQuaternion<R> {
     let number = convert::<f64, R>;
     let square = turn.norm_squared() * number(0.25);
-    // What is left out of the series is below 3e-17.
+    // The truncation error of the series is below 3e-17.
     if square > number(1.0 / 64.0) {
         return UnitQuaternion::from_scaled_axis(*turn);
     }

@@ -1,8 +1,8 @@
-//! Bodies and the forces between them.
+//! Worlds of bodies and forces.
 //!
-//! In go bodies with mass and inertia, and forces named by their parameters; handles come out and stay valid when others
-//! are removed. A world keeps bodies in islands, each stepped apart from the others: see [`Settings`] for how, and the
-//! [`Report`] for what a step did.
+//! A world takes bodies with mass and inertia, and forces with their parameters, and returns handles, which
+//! stay valid when other bodies or forces are removed. A world divides bodies into islands, which are stepped
+//! independently: see [`Settings`] for the method and [`Report`] for the results.
 
 use crate::batch::Forces;
 use crate::control::as_f64;
@@ -15,7 +15,7 @@ use crate::store::{Member, as_particle, as_rigid, moved};
 use crate::{Particle, Rigid, Wrench};
 use nalgebra::{RealField, Vector3, Vector6, convert};
 
-/// A body of a world.
+/// A handle of a body in a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Body {
@@ -24,7 +24,7 @@ pub struct Body {
     generation: u32,
 }
 
-/// A force of a world.
+/// A handle of a force in a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Force {
@@ -32,36 +32,37 @@ pub struct Force {
     generation: u32,
 }
 
-/// How a body answers to forces.
+/// The response of a body to forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Motion<R: RealField> {
-    /// By its mass, kg, and its principal moments of inertia along the axes of body space, kg·m²; a particle has none.
+    /// Moves under forces, with mass, kg, and principal moments of inertia along the axes of body space,
+    /// kg·m²; particles ignore the moments.
     Dynamic(R, Vector3<R>),
-    /// Not at all: it goes on at its velocity, which is zero for a fixed body.
+    /// Moves at its velocity, whatever forces act; a fixed body has velocity zero.
     Kinematic,
 }
 
-/// What a handle stands for.
+/// An entry in a table of handles.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Entry<P> {
     pub(crate) generation: u32,
-    /// None once it is removed.
+    /// `None` after removal.
     pub(crate) place: Option<P>,
 }
 
-/// Where a body is.
+/// The location of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Place {
-    /// In an island, at an index among those of its type.
+    /// The island, and the index among its bodies of the same type.
     Island(usize, usize),
-    /// Among those that no force moves.
+    /// The index among the kinematic bodies.
     Frame(usize),
 }
 
-/// A body that no force moves.
+/// A kinematic body.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Frame<R: RealField> {
@@ -70,27 +71,27 @@ pub(crate) struct Frame<R: RealField> {
     pub(crate) state: Rigid<R>,
 }
 
-/// Bodies, forces and what a step needs of storage.
+/// Bodies, forces, and the storage for steps.
 pub struct World<R: RealField + Copy = f64> {
-    /// Acceleration of every body, m/s².
+    /// The acceleration of all dynamic bodies, m/s².
     pub gravity: Vector3<R>,
-    /// How it is stepped.
+    /// The method and parameters of steps.
     pub settings: Settings<R>,
     pub(crate) islands: Vec<Island<R>>,
     pub(crate) frames: Vec<Frame<R>>,
     pub(crate) bodies: Vec<Entry<Place>>,
-    /// Of each force its island, its batch there and its place in that.
+    /// For each force its island, its batch in the island, and its index in the batch.
     pub(crate) forces: Vec<Entry<(usize, usize, usize)>>,
-    /// Entries to be used again.
+    /// Free entries.
     pub(crate) free_bodies: Vec<usize>,
     pub(crate) free_forces: Vec<usize>,
-    /// Islands to be stepped, in order.
+    /// The indices of awake islands, in order.
     pub(crate) awake: Vec<usize>,
-    /// Frames that move, in order.
+    /// The indices of moving kinematic bodies, in order.
     pub(crate) roaming: Vec<usize>,
-    /// How many sleep, and how many are quarantined.
+    /// The numbers of sleeping and of quarantined islands.
     pub(crate) resting: [usize; 2],
-    /// The awake ones, and the frames that move, are to be found anew.
+    /// Whether the lists of awake islands and moving kinematic bodies must be updated.
     pub(crate) stirred: bool,
 }
 
@@ -114,14 +115,14 @@ impl<R: RealField + Copy> Default for World<R> {
 }
 
 impl<R: RealField + Copy> World<R> {
-    /// Adds a rigid body; its orientation is normalised.
+    /// Adds a rigid body; normalises its orientation.
     pub fn add_rigid(&mut self, state: Rigid<R>, motion: Motion<R>) -> Result<Body, Error> {
         self.add_rigid_at(Vector3::zeros(), state, motion)
     }
 
-    /// Adds a rigid body whose position counts from an origin, m. Bodies that forces tie together share the origin of one
-    /// of them, so that single precision serves far from zero; a force whose parameters are points in space takes them
-    /// as counted from there too.
+    /// Adds a rigid body with a position relative to an origin, m. Connected bodies share the origin of one
+    /// of them, so single precision is accurate far from zero; points in space among a force's parameters are
+    /// relative to this origin too.
     pub fn add_rigid_at(
         &mut self,
         origin: Vector3<f64>,
@@ -141,7 +142,7 @@ impl<R: RealField + Copy> World<R> {
         self.add_particle_at(Vector3::zeros(), state, motion)
     }
 
-    /// Adds a particle whose position counts from an origin, as [`World::add_rigid_at`] does.
+    /// Adds a particle with a position relative to an origin, like [`World::add_rigid_at`].
     pub fn add_particle_at(
         &mut self,
         origin: Vector3<f64>,
@@ -155,35 +156,35 @@ impl<R: RealField + Copy> World<R> {
         self.insert(BodyKind::Particle, origin, as_rigid(&state), motion)
     }
 
-    /// A rigid body's state; its position counts from zero. See [`World::position`] for one that is exact far away.
+    /// The state of a rigid body, with its position relative to zero; [`World::position`] is exact far away.
     pub fn rigid(&self, body: Body) -> Result<Rigid<R>, Error> {
         self.state(body, BodyKind::Rigid)
     }
 
-    /// A particle's state; its position counts from zero.
+    /// The state of a particle; the position is relative to zero.
     pub fn particle(&self, body: Body) -> Result<Particle<R>, Error> {
         Ok(as_particle(&self.state(body, BodyKind::Particle)?))
     }
 
-    /// Where a body is, m.
+    /// The position of a body, m.
     pub fn position(&self, body: Body) -> Result<Vector3<f64>, Error> {
         let (origin, state) = self.local(body)?;
         Ok(origin + state.position.map(as_f64))
     }
 
-    /// Puts a rigid body into a state, and wakes it and all that is tied to it.
+    /// Sets the state of a rigid body, and wakes its island.
     pub fn set_rigid(&mut self, body: Body, mut state: Rigid<R>) -> Result<(), Error> {
         check_rigid(&mut state)?;
         self.set_state(body, BodyKind::Rigid, state)
     }
 
-    /// Puts a particle into a state, and wakes it and all that is tied to it.
+    /// Sets the state of a particle, and wakes its island.
     pub fn set_particle(&mut self, body: Body, state: Particle<R>) -> Result<(), Error> {
         check_particle(&state)?;
         self.set_state(body, BodyKind::Particle, as_rigid(&state))
     }
 
-    /// Lets a force and a torque about the centre of mass act on a body, in the world frame, until told otherwise.
+    /// Sets a constant force, and a torque about the centre of mass, in the world frame, until the next call.
     pub fn set_load(&mut self, body: Body, load: Wrench<R>) -> Result<(), Error> {
         check_vector(&load.force, "load")?;
         check_vector(&load.torque, "load")?;
@@ -197,7 +198,7 @@ impl<R: RealField + Copy> World<R> {
         Ok(())
     }
 
-    /// Removes a body and every force on it.
+    /// Removes a body and all its forces.
     pub fn remove_body(&mut self, body: Body) -> Result<(), Error> {
         let place = self.place(body)?;
         for entry in 0..self.forces.len() {
@@ -249,7 +250,7 @@ impl<R: RealField + Copy> World<R> {
         Ok(())
     }
 
-    /// Adds a force, named by its parameters, between bodies in argument order.
+    /// Adds a force with these parameters between bodies, in argument order.
     pub fn add<P, const N: usize>(&mut self, params: P, bodies: [Body; N]) -> Result<Force, Error>
     where
         P: Parameters,
@@ -258,7 +259,7 @@ impl<R: RealField + Copy> World<R> {
         self.add_kernel::<P::Kernel>(params, &bodies)
     }
 
-    /// Adds a force of a kernel, whose parameters may be none.
+    /// Adds a force of kernel `K`, also for kernels without parameters.
     pub fn add_kernel<K: Kernel<Real = R>>(
         &mut self,
         params: K::Params,
@@ -296,7 +297,7 @@ impl<R: RealField + Copy> World<R> {
         Ok(Force { entry, generation: self.forces[entry].generation })
     }
 
-    /// Changes the parameters of a force, and wakes the bodies it acts on.
+    /// Changes the parameters of a force, and wakes its island.
     pub fn set_params<P>(&mut self, force: Force, params: P) -> Result<(), Error>
     where
         P: Parameters,
@@ -329,13 +330,13 @@ impl<R: RealField + Copy> World<R> {
         Ok(())
     }
 
-    /// How many forces there are.
+    /// The number of forces.
     pub fn force_count(&self) -> usize {
         self.forces.len() - self.free_forces.len()
     }
 
-    /// Puts the island of a body to sleep: it stands still, and keeps its velocities, until it is woken by a call, by a
-    /// change of a force or a body, or by a moving body that no force moves.
+    /// Puts the island of a body to sleep: its bodies stop and keep their velocities, until a call, a change
+    /// of a force or a body, or a moving kinematic body wakes the island.
     pub fn sleep(&mut self, body: Body) -> Result<(), Error> {
         if let Place::Island(island, _) = self.place(body)? {
             let life = &mut self.islands[island].life;
@@ -345,7 +346,7 @@ impl<R: RealField + Copy> World<R> {
         Ok(())
     }
 
-    /// Wakes the island of a body, or takes it out of quarantine.
+    /// Wakes the island of a body, also from quarantine.
     pub fn wake(&mut self, body: Body) -> Result<(), Error> {
         if let Place::Island(island, _) = self.place(body)? {
             self.islands[island].wake();
@@ -355,18 +356,19 @@ impl<R: RealField + Copy> World<R> {
         Ok(())
     }
 
-    /// Whether a body's island sleeps.
+    /// Whether the island of a body is asleep.
     pub fn is_asleep(&self, body: Body) -> Result<bool, Error> {
         Ok(self.life(body)? == Life::Asleep)
     }
 
-    /// Whether a body's island stands still because no step of it was good.
+    /// Whether the island of a body stopped because all attempts at a step failed.
     pub fn is_quarantined(&self, body: Body) -> Result<bool, Error> {
         Ok(self.life(body)? == Life::Quarantined)
     }
 
-    /// A body at a share, 0 to 1, of the last step that `Rodas4` took, its position counting from zero: that step ends
-    /// where the last call of [`World::step`] ended, and may have begun within it. None after other methods.
+    /// A body at a fraction `share`, 0 to 1, of the last step of `Rodas4`, its position relative to zero.
+    /// That step ends with the last call of [`World::step`] and may begin during it. `None` for other
+    /// methods.
     pub fn between(&self, body: Body, share: R) -> Result<Option<Rigid<R>>, Error> {
         Ok(match self.place(body)? {
             Place::Frame(_) => None,
@@ -378,15 +380,15 @@ impl<R: RealField + Copy> World<R> {
         })
     }
 
-    /// Kinetic energy, the potential in gravity, zero at the origin, and that of constraints and energies, J.
+    /// The energy, J: kinetic, potential in gravity (zero at the origin), and of constraints and energies.
     pub fn energy(&self) -> f64 {
         let energy = |island: &Island<R>| island.measure(self.gravity).in_world(self.gravity, island.origin);
         self.islands.iter().map(energy).sum()
     }
 
-    /// Moves the world on by a time `h`, s; zero changes nothing.
+    /// Advances the world by `h`, s; zero changes nothing.
     ///
-    /// An island of which no step is good stands still from then on, and the report counts it.
+    /// An island in which all attempts fail stops from then on; the report counts these islands.
     pub fn step(&mut self, h: R) -> Result<Report, Error>
     where
         R: Send + Sync,
@@ -422,7 +424,7 @@ impl<R: RealField + Copy> World<R> {
         Ok(report)
     }
 
-    /// Steps every island that is awake and hands on what each reports, in order, whatever thread stepped it.
+    /// Steps every awake island; passes on the reports in order, independent of threads.
     fn each_awake(
         &mut self,
         step: impl Fn(&mut Island<R>) -> Report + Send + Sync,
@@ -492,7 +494,7 @@ impl<R: RealField + Copy> World<R> {
         })
     }
 
-    /// Where a body's position counts from, and its state.
+    /// The origin of a body's position, and its state.
     fn local(&self, body: Body) -> Result<(Vector3<f64>, Rigid<R>), Error> {
         Ok(match self.place(body)? {
             Place::Frame(frame) => (self.frames[frame].origin, self.frames[frame].state),
@@ -542,7 +544,7 @@ fn from_origin<R: RealField + Copy>(origin: Vector3<f64>, state: Rigid<R>) -> Ri
     Rigid { position: (origin + state.position.map(as_f64)).map(convert), ..state }
 }
 
-/// An entry that is free.
+/// Returns a free entry.
 fn claim<P>(entries: &mut Vec<Entry<P>>, free: &mut Vec<usize>) -> usize {
     free.pop().unwrap_or_else(|| {
         entries.push(Entry { generation: 0, place: None });

@@ -1,4 +1,4 @@
-//! Assignments: to a variable, or to a part of one.
+//! Assignments to a variable or to a part of a variable.
 
 use crate::check::builtins::matrices;
 use crate::check::elaborator::Elaborator;
@@ -18,13 +18,13 @@ impl Elaborator<'_> {
         let Some((place, steps)) = self.place(target) else { return };
         let value_span = self.frame.expressions[value].span;
         self.remember(place);
-        // Taken out, so that an array that nothing else holds is changed in place.
+        // Moved out, so that an array without other references is changed in place.
         let old = std::mem::replace(&mut self.frame.variables.at(place).value, Value::Poison);
         let updated = self.replace(old, &steps, new, value_span);
         self.frame.variables.at(place).value = updated;
     }
 
-    /// Notes what a variable is before it is assigned, where a branch is open.
+    /// Journals the value of a variable before an assignment in an open branch.
     pub(super) fn remember(&mut self, place: usize) {
         if let Some((mark, journal)) = self.frame.journals.last_mut()
             && place < *mark
@@ -33,7 +33,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The variable that an assignment changes, and the way to the part of it.
+    /// The variable that an assignment changes, and the path to the changed part.
     fn place(&mut self, target: ExprId) -> Option<(usize, Vec<Step>)> {
         let expressions = self.frame.expressions;
         let mut steps = Vec::new();
@@ -58,7 +58,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The value with the part at the end of the steps replaced.
+    /// `old` with the part at the end of the path `steps` replaced by `new`.
     fn replace(&mut self, old: Value, steps: &[Step], new: Value, span: Span) -> Value {
         let Some((step, rest)) = steps.split_first() else {
             let ty = old.ty();
@@ -119,7 +119,7 @@ impl Elaborator<'_> {
         new: Value,
         span: Span,
     ) -> Option<()> {
-        // A value that is shared has to be copied before it is changed.
+        // A shared value is copied before it is changed; the copy counts as work.
         if std::rc::Rc::strong_count(composite) > 1 && !self.spend(composite.elements.len() as u64, span) {
             return None;
         }
@@ -133,7 +133,7 @@ impl Elaborator<'_> {
         Some(())
     }
 
-    /// The number of the part that a step leads to, flat for matrices.
+    /// Index of the part that a step selects, row-major for matrices.
     fn step_index(&mut self, value: &Value, step: &Step) -> Option<usize> {
         match &step.kind {
             StepKind::Field(name) => {
@@ -182,7 +182,7 @@ impl Elaborator<'_> {
     }
 }
 
-/// One step from a variable to a part of it.
+/// One step of the path from a variable to a part of it.
 struct Step {
     kind: StepKind,
     span: Span,

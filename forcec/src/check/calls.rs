@@ -1,4 +1,4 @@
-//! Calls: of helpers, and of what is built in by its row of the table.
+//! Calls of helpers and of built-ins.
 
 use crate::check::builtins::{self, Builtin, Place, Shape};
 use crate::check::elaborator::Elaborator;
@@ -20,7 +20,7 @@ impl<'a> Elaborator<'a> {
         }
         let Some(index) = self.program.function(path.last()) else { return Value::Poison };
         let function = &self.program.functions[index];
-        // The types of functions have lengths that are made of constants, so that constants come first.
+        // Signatures contain array lengths made of constants, so constants are evaluated first.
         let Some(types) = self.program.signatures.get(index).map(|own| own.arguments.clone()) else {
             return self.error_help(
                 span,
@@ -155,7 +155,7 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    /// Applies a row of the table after checking the arguments against it.
+    /// Checks the arguments of a built-in, then applies it.
     fn apply(
         &mut self,
         row: &'static Builtin,

@@ -1,8 +1,8 @@
 //! The elaborator: an interpreter of the source whose values are nodes of a graph.
 //!
-//! In: expressions of a program. Out: values, messages, and the places where a formula can be singular. Promise: it
-//! ends within its budget whatever the program says; a mistake gives one message and a poisoned value, and a
-//! poisoned value gives no message.
+//! In: expressions of a program. Out: values, errors, and expressions that can be singular. Promise:
+//! elaboration ends within its budget for every program; a mistake gives one error and the value `Poison`,
+//! and `Poison` gives no further errors.
 
 use crate::check::program::Program;
 use crate::check::scope::Scope;
@@ -18,32 +18,31 @@ use crate::vector::{Graph, Real, Truth};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
-/// Nodes of a graph. Those of the kernel are some ten times as many.
+/// Maximum number of nodes of a vector graph. A kernel has about ten times as many.
 pub(crate) const MOST_NODES: usize = 250_000;
-/// Steps of elaboration: expressions evaluated and leaves copied. About a second.
+/// Maximum number of steps: evaluated expressions and copied leaves. About a second.
 pub(crate) const MOST_STEPS: u64 = 10_000_000;
-/// Iterations of loops within loops.
+/// Maximum number of iterations of nested loops.
 pub(crate) const MOST_ITERATIONS: u64 = 1_000_000;
-/// Expressions within expressions, through calls.
+/// Maximum depth of nested expressions, through calls.
 const DEEPEST: usize = 60_000;
-/// Numbers that messages may show the place of.
+/// Maximum number of extreme numbers with recorded positions.
 const MOST_EXTREMES: usize = 100;
-/// Leaves of one value.
+/// Maximum number of leaves of one value.
 pub(crate) const LARGEST_VALUE: u64 = 1_000_000;
 
-/// A variable.
 pub(crate) struct Variable {
     pub(crate) value: Value,
 }
 
-/// What a function sees.
+/// The state of the evaluated function.
 pub(crate) struct Frame<'a> {
     pub(crate) expressions: &'a Expressions,
     pub(crate) variables: Scope<'a, Variable>,
-    /// Assignments within the branches that are open, innermost last: which variables may be assigned, and the
-    /// values to come back to.
+    /// One journal per open branch, innermost last: the number of variables declared before the branch, and
+    /// the overwritten values of these variables.
     pub(crate) journals: Vec<(usize, Vec<(usize, Value)>)>,
-    /// Guards below this belong to callers.
+    /// Index of the first guard that is not a caller's.
     pub(crate) first_guard: usize,
 }
 
@@ -53,7 +52,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// The function that everything is elaborated for, where it may not read velocities.
+/// The force function that is being elaborated; its kind decides whether it may read velocities.
 #[derive(Clone, Copy)]
 pub(crate) struct Purpose<'a> {
     pub(crate) name: &'a str,
@@ -66,24 +65,24 @@ pub(crate) struct Elaborator<'a> {
     pub(crate) graph: Graph,
     pub(crate) diagnostics: Vec<Diagnostic>,
     pub(crate) risks: Vec<Risk>,
-    /// Numbers that floats do not hold, where they stand.
+    /// Numbers beyond `f32`, with the positions of their expressions.
     pub(crate) extremes: Vec<(Exact, Span)>,
-    /// The branching nodes, and the innermost expressions that made them.
+    /// Nodes with branches, with the innermost expressions that created them.
     pub(crate) branches: Vec<(usize, Span)>,
-    /// Nodes before this one have been looked at for branches.
+    /// Number of nodes that were searched for branches.
     looked_at: usize,
     pub(crate) purpose: Option<Purpose<'a>>,
     pub(crate) frame: Frame<'a>,
-    /// The conditions of the branches that are open, and whether they hold there.
+    /// The conditions of the open branches, each with its truth value in the branch.
     pub(crate) guards: Vec<(Truth, bool)>,
-    /// Values of constants; `None` while one is being found.
+    /// Values of constants; `None` while a constant is being evaluated.
     pub(crate) constants: BTreeMap<usize, Option<Value>>,
     pub(crate) memo: FxHashMap<(usize, Vec<Value>), Value>,
-    /// Functions that cannot be inlined.
+    /// Functions that cannot be inlined, by index.
     pub(crate) recursive: &'a [bool],
-    /// The loops and calls that are open, and what messages call them.
+    /// The open loops and calls, with their names in messages.
     pub(crate) open: Vec<(Span, String)>,
-    /// How often the body of the innermost loop is walked, as far as the loops around it within its function say.
+    /// The product of the iteration counts of the open loops of the current function.
     pub(crate) iterations: u64,
     pub(crate) exhausted: bool,
     pub(crate) depth: usize,
@@ -118,13 +117,13 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Lifts the limit on nodes, for a graph that simplifies nothing.
+    /// Lifts the limit on nodes, for a graph without simplification.
     pub(crate) fn without_limit(mut self) -> Elaborator<'a> {
         self.limited = false;
         self
     }
 
-    /// How much work there was.
+    /// The amount of work so far, in steps.
     pub(crate) fn steps(&self) -> u64 {
         self.steps.saturating_add(self.graph.folding())
     }
@@ -154,7 +153,7 @@ impl<'a> Elaborator<'a> {
         Value::Poison
     }
 
-    /// The value if it has the type, else a message saying what wants the type.
+    /// The value if it has the wanted type, else an error; `why` says what requires the type.
     pub(crate) fn expect(&mut self, value: Value, wanted: &Type, span: Span, why: &str) -> Value {
         let found = value.ty();
         if found.agrees(wanted) {
@@ -178,7 +177,7 @@ impl<'a> Elaborator<'a> {
         self.error_help(span, format!("expected {}, found {}", wanted.said(), found.said()), why, help)
     }
 
-    /// What to write where a real is wanted and an integer stands.
+    /// The help for an integer where a real is expected.
     pub(crate) fn real_help(&self, span: Span) -> String {
         match self.program.literal(span) {
             Some(literal) => format!("write `{literal}.0`"),
@@ -188,7 +187,7 @@ impl<'a> Elaborator<'a> {
 
     // ---- the budget
 
-    /// Counts work; `false` once there has been too much.
+    /// Counts work; returns `false` once the budget is exhausted.
     pub(crate) fn spend(&mut self, steps: u64, span: Span) -> bool {
         self.steps = self.steps.saturating_add(steps);
         let nodes = self.limited && self.graph.len() > MOST_NODES;
@@ -210,7 +209,7 @@ impl<'a> Elaborator<'a> {
         !self.exhausted
     }
 
-    /// Evaluates within limits on depth.
+    /// Evaluates an expression within the limits.
     pub(crate) fn expr(&mut self, id: ExprId) -> Value {
         let span = self.frame.expressions[id].span;
         if !self.spend(1, span) {
@@ -255,7 +254,7 @@ impl<'a> Elaborator<'a> {
         value
     }
 
-    /// The message about a constant that no kernel can hold.
+    /// The error for a constant that no kernel can represent.
     pub(crate) fn out_of_range(&mut self, span: Span) -> Value {
         self.error_help(
             span,
@@ -265,9 +264,9 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    // ---- what can be singular
+    // ---- singular expressions
 
-    /// Notes that a formula at this place is singular where the operand is.
+    /// Records that an expression can be singular, depending on the operand.
     pub(crate) fn risk(&mut self, kind: crate::check::singular::risks::RiskKind, operand: Real, span: Span) {
         let guards = self.guards[self.frame.first_guard..].to_vec();
         self.risks.push(Risk { kind, operand, span, guards });

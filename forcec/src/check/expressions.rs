@@ -1,4 +1,4 @@
-//! Expressions, one form after the other.
+//! Evaluates expressions, one form after the other.
 
 use crate::check::builtins::matrices;
 use crate::check::builtins::quaternions::{self};
@@ -13,7 +13,6 @@ use crate::source::suggest;
 use crate::syntax::ast::{self, BinaryOp, ExprId, ExprKind, Name, Path, UnaryOp};
 use crate::vector::Truth;
 
-/// What follows a condition.
 #[derive(Clone, Copy)]
 pub(crate) enum Condition {
     Known(bool),
@@ -98,7 +97,7 @@ impl<'a> Elaborator<'a> {
         if path.last() == PI {
             return Value::Real(self.graph.call(Function::Pi, &[]));
         }
-        // The walk over names has said so.
+        // Name resolution has reported this name.
         Value::Poison
     }
 
@@ -120,7 +119,6 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// A condition.
     pub(super) fn condition(&mut self, id: ExprId) -> Condition {
         let span = self.frame.expressions[id].span;
         let value = self.expr(id);
@@ -136,7 +134,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// `&&` and `||`: the second operand counts only where the first leaves it open.
+    /// `&&` and `||`; the second operand is evaluated under the guard of the first.
     fn logical(&mut self, op: BinaryOp, left: ExprId, right: ExprId) -> Value {
         let decided = op == BinaryOp::Or;
         let first = match self.condition(left) {
@@ -182,7 +180,7 @@ impl<'a> Elaborator<'a> {
         self.sized(array, span)
     }
 
-    /// The value, unless it is larger than any kernel needs.
+    /// The value, or an error if it has more than `LARGEST_VALUE` leaves.
     fn sized(&mut self, value: Value, span: Span) -> Value {
         if value.size() > LARGEST_VALUE { self.too_large(span) } else { value }
     }
@@ -277,7 +275,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// if the condition holds x, else y, for values of any type that the two share
+    /// x if the condition is true, else y, for values of the same type
     pub(super) fn select(&mut self, condition: Truth, x: Value, y: Value, span: Span) -> Value {
         let g = &mut self.graph;
         match (&x, &y) {

@@ -1,4 +1,4 @@
-//! Force functions: what they may take and return, and how they become definitions.
+//! Force functions: checks their arguments and return types, and converts them to definitions.
 
 use crate::check::builtins::matrices::Matrix3;
 use crate::check::builtins::quaternions::Quaternion;
@@ -20,18 +20,18 @@ use crate::syntax::ast::{DomainClause, ExprId, Function, FunctionKind, Name, Sta
 use crate::vector::Graph;
 use crate::vector::definition::{Definition, Generalised, Law, Row};
 
-/// More arguments than any function has.
+/// Maximum number of arguments of a function.
 const MOST_ARGUMENTS: usize = 1000;
 
-/// What became of a force function.
+/// The result of elaborating a force function.
 pub(crate) struct Outcome {
     pub(crate) definition: Option<Definition>,
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// How much work there was.
+    /// Steps of elaboration.
     pub(crate) steps: u64,
 }
 
-/// Elaborates a force function on a graph of the given kind.
+/// Elaborates a force function on a graph that `graph` creates.
 pub(crate) fn define(
     program: &Program<'_>,
     recursive: &[bool],
@@ -92,10 +92,10 @@ pub(crate) fn define(
     Outcome { definition: Some(definition), diagnostics, steps }
 }
 
-/// The parameters that are added to a constraint.
+/// Parameters that the compiler adds to a constraint.
 const ADDED: [&str; 2] = ["stiffness", "damping"];
 
-/// A parameter, with its value if that is known.
+/// A parameter, with its value if the specialization sets one.
 fn parameter(
     function: &Function,
     known: &Specialization,
@@ -114,7 +114,7 @@ fn parameter(
     parameter
 }
 
-/// What a kernel takes: bodies first, then parameters with their domains.
+/// The arguments of a kernel: bodies, then parameters with their domains.
 fn signature(
     program: &Program<'_>,
     recursive: &[bool],
@@ -216,7 +216,7 @@ fn signature(
     (diagnostics.len() == before && !poisoned).then_some(signature)
 }
 
-/// Notes what a clause says of a field of a body.
+/// Stores the range of a field in the signature.
 fn field_domain(
     e: &mut Elaborator<'_>,
     function: &Function,
@@ -259,7 +259,7 @@ fn field_domain(
     }
 }
 
-/// Notes the scale of all bodies.
+/// Stores the length scale in the signature.
 fn scale(
     e: &mut Elaborator<'_>,
     function: &Function,
@@ -292,7 +292,7 @@ fn scale(
     }
 }
 
-/// The ends of a range, the smaller first.
+/// Bounds of a range; an error if they are not in order.
 fn range(
     e: &mut Elaborator<'_>,
     function: &Function,
@@ -315,7 +315,7 @@ fn range(
     Some((low, high))
 }
 
-/// Notes one clause of `#[domain(…)]` in the signature.
+/// Stores one clause of `#[domain(…)]` in the signature.
 fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, signature: &mut Signature) {
     let name = clause.name.text.as_str();
     match (clause.stated, &clause.field) {
@@ -324,7 +324,7 @@ fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, si
         _ => {}
     }
     let Some(parameter) = signature.parameters.iter_mut().find(|parameter| parameter.name == name) else {
-        // A parameter that something else is wrong with has been complained about.
+        // An error about this parameter was reported earlier.
         if function.arguments.iter().any(|a| a.name.text == name)
             && !signature.bodies.iter().any(|b| b.name == name)
         {
@@ -372,7 +372,7 @@ fn domain(e: &mut Elaborator<'_>, function: &Function, clause: &DomainClause, si
     }
 }
 
-/// A warning where a parameter is set to what its domain does not have.
+/// A warning if the value that is set for a parameter lies outside its domain.
 fn outside(clause: &DomainClause, signature: &Signature) -> Option<Diagnostic> {
     let parameter = signature.parameters.iter().find(|parameter| parameter.name == clause.name.text)?;
     let value: Vec<f64> = parameter.value.as_ref()?.iter().map(Exact::to_f64).collect();
@@ -389,7 +389,7 @@ fn outside(clause: &DomainClause, signature: &Signature) -> Option<Diagnostic> {
     Some(warning.help("set another value, or state a wider domain").lint(Lint::OutsideDomain))
 }
 
-/// A plain number within a domain.
+/// Evaluates a bound of a domain.
 fn bound(e: &mut Elaborator<'_>, function: &Function, id: ExprId, what: &str) -> Option<f64> {
     let span = function.expressions[id].span;
     let value = e.expr(id);
@@ -408,7 +408,7 @@ fn bound(e: &mut Elaborator<'_>, function: &Function, id: ExprId, what: &str) ->
     Some(range.low)
 }
 
-/// Whether the function returns what a force of its kind returns.
+/// Whether the function returns a type that its kind allows; if not, reports it.
 fn returns(program: &Program<'_>, index: usize, diagnostics: &mut Vec<Diagnostic>) -> bool {
     let function = &program.functions[index];
     let FunctionTypeParts { bodies, output } = parts(program, index);
@@ -417,7 +417,7 @@ fn returns(program: &Program<'_>, index: usize, diagnostics: &mut Vec<Diagnostic
         return false;
     }
     let name = &function.name.text;
-    // That nothing is returned is said of the function; what else cannot be, of its kind.
+    // A missing value is reported for the function, a wrong type for its kind.
     let refused = |kind: &str, any: &str| match output {
         Type::Tuple(types) if types.is_empty() => format!("the {kind} `{name}` returns no value"),
         _ => format!("{any} does not return {}", output.said()),
@@ -480,7 +480,7 @@ fn parts<'a>(program: &'a Program<'_>, index: usize) -> FunctionTypeParts<'a> {
     FunctionTypeParts { bodies: bodies.collect(), output: &ty.output }
 }
 
-/// The law a value states; its type was checked.
+/// The law that a value of a checked type states.
 fn law(function: &Function, value: &Value) -> Law {
     match function.kind {
         FunctionKind::Constraint { unilateral, per_row } => {
@@ -526,7 +526,7 @@ fn arguments(graph: &mut Graph, signature: &Signature) -> Vec<Value> {
     values
 }
 
-/// The value stored at a slot.
+/// The value at a slot.
 fn stored(g: &mut Graph, slot: Slot, ty: &ParameterType) -> Value {
     let at = |offset: u32| Slot { offset: slot.offset + offset, ..slot };
     match ty {
@@ -546,14 +546,14 @@ fn stored(g: &mut Graph, slot: Slot, ty: &ParameterType) -> Value {
     }
 }
 
-/// Whether a quaternion is known to be the identity.
+/// Whether a quaternion argument is known to be the identity.
 fn is_identity(g: &Graph, slot: Slot) -> bool {
     let entries = [Exact::ZERO, Exact::ZERO, Exact::ZERO, Exact::ONE];
     let at = |offset: u32| g.signature.known(Slot { offset: slot.offset + offset, ..slot });
     (0..).zip(entries).all(|(offset, entry)| at(offset) == Some(entry))
 }
 
-/// Values that stand for any of these types; integers are left open and poison what depends on them.
+/// Symbolic values of these types. Integers have no symbolic value and become `Poison`.
 pub(crate) fn symbolic(e: &mut Elaborator<'_>, types: &[Type]) -> Vec<Value> {
     let mut signature = Signature::default();
     for ty in types {

@@ -1,11 +1,11 @@
-//! Constants and functions of the file: evaluated once, inlined once for every list of arguments.
+//! Constants and helpers: a constant is evaluated once, a helper is inlined once per distinct argument list.
 
 use crate::check::elaborator::{Elaborator, Frame, Variable};
 use crate::check::values::Value;
 use crate::source::span::Span;
 
 impl<'a> Elaborator<'a> {
-    /// Runs `work` in a frame of its own.
+    /// Runs `work` with `frame` as the current frame.
     pub(super) fn within<T>(&mut self, frame: Frame<'a>, work: impl FnOnce(&mut Self) -> T) -> T {
         let outer = std::mem::replace(&mut self.frame, frame);
         let result = work(self);
@@ -40,7 +40,7 @@ impl<'a> Elaborator<'a> {
         value
     }
 
-    /// The value of a function at these arguments, whose types were checked.
+    /// The value of a helper for these arguments, whose types were checked.
     pub(crate) fn inline(&mut self, index: usize, arguments: Vec<Value>, span: Span) -> Value {
         if self.recursive[index] || arguments.contains(&Value::Poison) {
             return Value::Poison;
@@ -63,7 +63,7 @@ impl<'a> Elaborator<'a> {
         value
     }
 
-    /// The body of a function at these arguments.
+    /// Evaluates the body of a function for these arguments.
     pub(crate) fn body(&mut self, index: usize, arguments: Vec<Value>) -> Value {
         let function = &self.program.functions[index];
         let mut frame = Frame::new(&function.expressions, self.guards.len());

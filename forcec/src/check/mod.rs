@@ -1,7 +1,7 @@
 //! Stage 2, syntax tree → typed vector graph.
 //!
-//! In: a parsed file. Out: one [`Definition`] a force function, and warnings; or every message about names, types,
-//! shapes and ranges. Promise: what passes needs no further checks: later stages do not fail on it.
+//! In: a parsed file. Out: one [`Definition`] per force function, and warnings; or all errors about names,
+//! types, shapes and ranges. Promise: later stages do not fail on a definition, and need no further checks.
 
 mod assignments;
 mod builtins;
@@ -22,7 +22,7 @@ mod statements;
 mod types;
 mod values;
 
-#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
 pub use builtins::reference;
 
 use crate::options::specialize::Specialization;
@@ -35,23 +35,23 @@ use elaborator::{Elaborator, Frame};
 use program::{FunctionType, Program};
 use std::collections::BTreeSet;
 
-/// The checked force functions of a file, in source order, and what deserves a look.
+/// The checked force functions of a file, with warnings.
 #[derive(Clone)]
 pub struct Checked {
-    /// The force functions.
+    /// The force functions, in source order.
     pub definitions: Vec<Definition>,
-    /// Warnings, in the order of their places.
+    /// Warnings, in source order.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Checks a file, or says everything that is wrong with it.
-#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+/// Checks a file; returns all errors if there are any.
+#[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
 pub fn check(file: &File) -> Result<Checked, Diagnostics> {
     check_knowing(file, &|_| Specialization::default(), &|_| true)
 }
 
-/// Checks a file of whose functions something is known. Warnings are those about the force functions that are wanted, and
-/// about the helpers that they reach.
+/// Checks a file whose functions may be specialized. Warnings are limited to the wanted force functions and
+/// the helpers that they call.
 pub fn check_knowing(
     file: &File,
     known: &dyn Fn(&Function) -> Specialization,
@@ -67,7 +67,7 @@ pub fn check_knowing(
     with_deep_stack(|| check_here(file, &known, wanted))
 }
 
-/// Marks what the functions that are marked reach.
+/// Marks what the marked functions call, directly or not.
 fn reach(wanted: &mut [bool], calls: &[Vec<usize>]) {
     let mut pending: Vec<usize> = (0..wanted.len()).filter(|index| wanted[*index]).collect();
     while let Some(index) = pending.pop() {
@@ -79,11 +79,10 @@ fn reach(wanted: &mut [bool], calls: &[Vec<usize>]) {
     }
 }
 
-/// Whether a warning at this place is answered by an attribute of the function in which it stands, or nobody asked for it:
-/// that function is not wanted.
+/// Whether a warning is dropped: its function is not wanted, or an attribute of its function allows it.
 fn is_answered(warning: &Diagnostic, file: &File, wanted: &[bool]) -> bool {
     let Some(span) = warning.span else { return false };
-    // Functions stand in the order of their places, one after another.
+    // Functions are sorted by position and do not overlap.
     let index = file.functions.partition_point(|function| function.span.end < span.end);
     let around = file.functions.get(index).filter(|function| function.span.start <= span.start);
     around.is_some_and(|function| {
@@ -102,7 +101,7 @@ fn check_here(file: &File, known: &[Specialization], mut wanted: Vec<bool>) -> R
     let mut definitions: Vec<Definition> = Vec::new();
     let mut in_vain = 0;
     for (index, function) in file.functions.iter().enumerate() {
-        // After so much work on functions that are wrong, the messages there are will do.
+        // Once faulty functions have used a quarter of the step budget, their errors are enough.
         if function.kind == FunctionKind::Helper || in_vain > elaborator::MOST_STEPS / 4 {
             continue;
         }
@@ -130,13 +129,13 @@ fn check_here(file: &File, known: &[Specialization], mut wanted: Vec<bool>) -> R
         let warnings = Diagnostics::new(file.source.clone(), warnings).list;
         return Ok(Checked { definitions, warnings });
     }
-    // A mistake in a loop or in a helper is met many times; of the messages about one place the first is enough.
+    // An error in a loop or in a helper occurs many times; the first error at each position is enough.
     let mut places = BTreeSet::new();
     let errors = errors.into_iter().filter(|error| error.span.is_none_or(|span| places.insert(span)));
     Err(report(file.source.clone(), errors.collect()))
 }
 
-/// A function of a checked file on a graph that simplifies nothing: the reference for everything that is derived.
+/// Elaborates a function of a checked file without simplification: the reference for all derived results.
 ///
 /// Panics if the file does not pass [`check`], or has no force function of that name.
 pub fn elaborate(file: &File, name: &str, known: &Specialization) -> Definition {
@@ -150,7 +149,7 @@ pub fn elaborate(file: &File, name: &str, known: &Specialization) -> Definition 
     definition.expect("a force function of this name that passed the check")
 }
 
-/// The program with the types of its functions, its constants checked.
+/// Resolves the types of all functions and evaluates all constants.
 fn typed<'a>(mut program: Program<'a>, diagnostics: &mut Vec<Diagnostic>) -> Program<'a> {
     let signatures = {
         let mut elaborator = Elaborator::new(&program, &[], Graph::new(Default::default()));
@@ -173,11 +172,11 @@ fn typed<'a>(mut program: Program<'a>, diagnostics: &mut Vec<Diagnostic>) -> Pro
     program
 }
 
-/// Steps for helpers that may not be called at all.
+/// Step budget for checking helpers on their own.
 const QUICK: u64 = 500_000;
 
-/// Checks every helper once on arguments that stand for any, whether it is called or not; as long as that is quick, for
-/// what is called is walked again.
+/// Checks every helper once on symbolic arguments, called or not, within the budget; called helpers are
+/// elaborated again.
 fn check_helpers(program: &Program<'_>, recursive: &[bool], diagnostics: &mut Vec<Diagnostic>) {
     let mut spent = 0;
     for (index, function) in program.functions.iter().enumerate() {

@@ -1,7 +1,7 @@
-//! Names: every name is bound where it is used, nothing is bound in vain, no function calls itself.
+//! Name resolution: reports unknown names, unused names and recursion.
 //!
-//! In: functions as written, branches that will never be taken included. Out: messages. The elaborator may take it
-//! that a name it does not find has been complained about.
+//! In: the functions of a file, including branches that constant conditions exclude. Out: errors, warnings,
+//! and the call graph. Promise: all unknown names are reported, so the elaborator need not report them.
 
 use crate::check::builtins;
 use crate::check::program::{PI, Program};
@@ -16,11 +16,11 @@ use crate::syntax::ast::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the walk over all functions found.
+/// The result of name resolution.
 pub(crate) struct Names {
-    /// Functions that reach themselves, by index; they cannot be inlined.
+    /// Whether each function is recursive or calls one that is; neither can be inlined.
     pub(crate) recursive: Vec<bool>,
-    /// The functions that each calls itself.
+    /// The functions that each function calls directly.
     pub(crate) calls: Vec<Vec<usize>>,
     pub(crate) diagnostics: Vec<Diagnostic>,
 }
@@ -55,7 +55,7 @@ struct Variable<'a> {
     name: &'a Name,
     mutable: bool,
     used: bool,
-    /// What it is called in the warning when it is not used; nothing where that is no mistake.
+    /// Its kind in the warning if it is unused; `None` without a warning.
     what: Option<&'static str>,
 }
 
@@ -63,7 +63,7 @@ struct Walker<'a> {
     program: &'a Program<'a>,
     expressions: &'a Expressions,
     variables: Scope<'a, Variable<'a>>,
-    /// The functions that are called, and where first.
+    /// The called functions with their first calls.
     calls: BTreeMap<usize, Span>,
     diagnostics: Vec<Diagnostic>,
 }
@@ -187,7 +187,7 @@ impl<'a> Walker<'a> {
         self.leave(mark);
     }
 
-    /// A value that a statement leaves behind: nothing in the language has another effect.
+    /// Warns about a dropped value: the language has no side effects.
     fn dropped(&mut self, id: ExprId) {
         let expr = &self.expressions[id];
         if !matches!(expr.kind, ExprKind::If(..) | ExprKind::Block(_) | ExprKind::Error) {
@@ -207,7 +207,7 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// The place of an assignment: its variable must be there and `mut`; being assigned is not being used.
+    /// The target of an assignment: its variable must exist and be `mut`. An assignment is not a use.
     fn target(&mut self, id: ExprId) {
         let expr = &self.expressions[id];
         match &expr.kind {
@@ -289,7 +289,7 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// The lengths of arrays are expressions too.
+    /// Resolves names in the lengths of arrays.
     fn ty(&mut self, ty: &'a crate::syntax::ast::Type) {
         match &ty.kind {
             TypeKind::Array(element, length) => {
@@ -314,8 +314,8 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// An error where a path leads out of the file: what has the same name here is something else. Out of the module that the
-    /// file may be in, `crate` and `super` lead too; where to is not known.
+    /// Reports a path to an item outside the file if the file has an item of the same name. Paths through
+    /// `crate` and `super` are accepted, because the module that contains the file is unknown.
     fn elsewhere(&mut self, path: &Path) -> bool {
         let [.., place, last] = path.segments.as_slice() else { return false };
         let first = &path.segments[0];
@@ -361,7 +361,7 @@ impl<'a> Walker<'a> {
         if let [.., ty, _] = path.segments.as_slice()
             && (Type::named(ty).is_some() || ty.starts_with(|c: char| c.is_ascii_uppercase()))
         {
-            // A function of a type: the elaborator knows them.
+            // A function of a type; the elaborator checks its name.
             return;
         }
         if self.elsewhere(path) {
@@ -390,7 +390,7 @@ impl<'a> Walker<'a> {
     }
 }
 
-/// Constants of the standard library that have to be spelled out.
+/// Constants of the standard library, and what to write instead.
 const STANDARD_CONSTANTS: [(&str, &str); 8] = [
     ("TAU", "2.0 * PI"),
     ("FRAC_PI_2", "PI / 2.0"),
@@ -402,7 +402,7 @@ const STANDARD_CONSTANTS: [(&str, &str); 8] = [
     ("E", "(1.0).exp()"),
 ];
 
-/// Finds the functions that reach themselves and gives a message for each cycle, at the call that closes it.
+/// Finds the recursive functions, and reports each cycle at the call that closes it.
 fn recursion(
     program: &Program<'_>,
     calls: &[BTreeMap<usize, Span>],
@@ -417,7 +417,7 @@ fn recursion(
     let mut state = vec![State::New; calls.len()];
     let mut recursive = vec![false; calls.len()];
     for root in 0..calls.len() {
-        // The path from the root, each with the calls still to follow.
+        // The path from the root; each function has its remaining calls.
         let mut path: Vec<(usize, Vec<(usize, Span)>)> = Vec::new();
         let mut next = (state[root] == State::New).then_some(root);
         loop {
@@ -456,7 +456,7 @@ fn recursion(
             }
         }
     }
-    // Whoever calls a recursive function cannot be inlined either.
+    // A function that calls a recursive function cannot be inlined either.
     loop {
         let before = recursive.clone();
         for (function, callees) in calls.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Operators between values.
+//! Unary and binary operators on values.
 
 use crate::check::builtins::matrices::{self, Matrix3};
 use crate::check::builtins::quaternions;
@@ -38,7 +38,7 @@ pub(crate) fn negate(e: &mut Elaborator<'_>, value: Value, span: Span) -> Value 
     }
 }
 
-/// x op y, but for `&&` and `||`
+/// x op y, except `&&` and `||`
 pub(crate) fn binary(e: &mut Elaborator<'_>, op: BinaryOp, x: Value, y: Value, span: Span) -> Value {
     if x.is_poison() || y.is_poison() {
         return Value::Poison;
@@ -60,11 +60,11 @@ pub(crate) fn binary(e: &mut Elaborator<'_>, op: BinaryOp, x: Value, y: Value, s
     }
 }
 
-/// Terms of a sum, or factors of a product, that are still taken apart when more are added.
+/// A sum or product with more terms or factors than this becomes an intermediate value.
 const LONGEST_SUM: usize = 32;
 
-/// Sums flatten, so that accumulating in a loop would copy every term at every step: a long one becomes an
-/// intermediate of its own. Terms count as work.
+/// Makes a long sum or product an intermediate value: flattening would copy every term in every iteration of
+/// a loop that accumulates. Terms count as work.
 fn settle(e: &mut Elaborator<'_>, value: Value, span: Span) -> Value {
     let terms = match value {
         Value::Real(x) => terms(&e.graph, x.index()),
@@ -81,7 +81,7 @@ fn settle(e: &mut Elaborator<'_>, value: Value, span: Span) -> Value {
     }
 }
 
-/// How many terms or factors a node lists, those of the reals that scale its vectors included.
+/// Number of terms or factors of a node, including those of the reals that scale its vectors.
 fn terms(g: &Graph, index: usize) -> usize {
     match g.node(index) {
         Node::Sum(_, terms) => terms.len(),
@@ -260,7 +260,7 @@ fn compare(g: &mut Graph, op: BinaryOp, x: &Value, y: &Value) -> Option<Value> {
     Some(Value::Truth(if op == BinaryOp::NotEqual { g.not(truth) } else { truth }))
 }
 
-/// The message for operands that do not go together.
+/// The error for operands of incompatible types.
 fn mismatch(e: &mut Elaborator<'_>, op: BinaryOp, x: &Value, y: &Value, span: Span) -> Value {
     let (left, right) = (x.ty(), y.ty());
     let (message, label) = if left == right {

@@ -157,7 +157,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// An index below a length.
+    /// Checks that `at` is an index below `length`.
     pub(super) fn one_index(&mut self, at: &Value, length: usize, span: Span) -> Option<usize> {
         let Value::Integer(k) = at else {
             let said = at.ty().said();
@@ -188,7 +188,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// A row and a column below n.
+    /// Checks that `at` is a pair of indices below `n`.
     pub(super) fn matrix_index(&mut self, at: &Value, n: usize, span: Span) -> Option<(usize, usize)> {
         match at {
             Value::Tuple(pair) if pair.elements.len() == 2 => {
@@ -217,7 +217,7 @@ impl Elaborator<'_> {
     }
 }
 
-/// The field of a body that others call so; empty for what no body has.
+/// The body field that others call `name`; empty for a quantity that no body has.
 fn instead_of_field(name: &str) -> Option<&'static str> {
     Some(match name {
         "pos" | "translation" | "center" | "centre" => "position",

@@ -1,4 +1,4 @@
-//! A file's functions and constants by name, and the types of functions.
+//! The functions and constants of a file by name, and the types of functions.
 
 use crate::check::types::Type;
 use crate::model::bodies::BodyKind;
@@ -8,32 +8,32 @@ use crate::source::span::Span;
 use crate::syntax::ast::{Constant, File, Function, FunctionKind, Name};
 use std::collections::BTreeMap;
 
-/// What a file defines.
+/// The definitions of a file.
 pub(crate) struct Program<'a> {
-    /// The text, for messages that quote it.
+    /// The source text, for messages that quote it.
     text: &'a str,
     pub(crate) functions: &'a [Function],
     pub(crate) constants: &'a [Constant],
-    /// The modules of forces that its items stand in.
+    /// Names of the `#[forces]` modules of the file.
     pub(crate) modules: &'a [String],
     function_names: BTreeMap<&'a str, usize>,
     constant_names: BTreeMap<&'a str, usize>,
-    /// Argument types and result of every function; empty until they are resolved.
+    /// The types of every function; empty until they are resolved.
     pub(crate) signatures: Vec<FunctionType>,
 }
 
-/// The type of a function.
+/// The types of arguments and result.
 #[derive(Clone, Debug)]
 pub(crate) struct FunctionType {
     pub(crate) arguments: Vec<Type>,
     pub(crate) output: Type,
 }
 
-/// The constant that is built in.
+/// The name of the built-in constant π.
 pub(crate) const PI: &str = "PI";
 
 impl<'a> Program<'a> {
-    /// The tables of a file; of two functions or constants of one name the first counts.
+    /// The tables of a file; of two items with the same name, the first is used.
     pub(crate) fn new(file: &'a File, diagnostics: &mut Vec<Diagnostic>) -> Program<'a> {
         let mut program = Program {
             text: &file.source.text,
@@ -84,7 +84,7 @@ impl<'a> Program<'a> {
         program
     }
 
-    /// The text of a place, if it is a literal.
+    /// The source text of a span, if it is a numeric literal.
     pub(crate) fn literal(&self, span: Span) -> Option<&'a str> {
         let text = self.text.get(span.start as usize..span.end as usize)?;
         let digits = text.starts_with(|c: char| c.is_ascii_digit());
@@ -99,7 +99,7 @@ impl<'a> Program<'a> {
         self.constant_names.get(name).copied()
     }
 
-    /// The names that can be called, for suggestions.
+    /// Names of all functions, for suggestions.
     pub(crate) fn callable(&self) -> impl Iterator<Item = &'a str> {
         self.function_names.keys().copied()
     }
@@ -110,7 +110,7 @@ impl<'a> Program<'a> {
     }
 }
 
-/// Kernels of which something is called as something of an earlier one is.
+/// Reports kernels that define an item of an earlier kernel again.
 fn meetings(functions: &[Function], diagnostics: &mut Vec<Diagnostic>) {
     let mut defined: BTreeMap<(Target, String), &str> = BTreeMap::new();
     for kernel in functions.iter().filter(|function| function.kind != FunctionKind::Helper) {
@@ -132,7 +132,7 @@ fn meetings(functions: &[Function], diagnostics: &mut Vec<Diagnostic>) {
     }
 }
 
-/// What already has a name.
+/// The kind of a built-in with this name.
 fn built_in(name: &str) -> Option<&'static str> {
     if BodyKind::named(name).is_some() {
         return Some("a body type");

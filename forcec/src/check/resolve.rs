@@ -1,4 +1,4 @@
-//! Types as they are written, resolved; lengths of arrays are evaluated on the way.
+//! Resolves types of the source and evaluates the lengths of arrays.
 
 use crate::check::elaborator::{Elaborator, LARGEST_VALUE};
 use crate::check::types::Type;
@@ -7,7 +7,7 @@ use crate::source::suggest;
 use crate::syntax::ast::{self, ExprId, TypeKind};
 
 impl Elaborator<'_> {
-    /// The type a text names.
+    /// The type that a type expression names.
     pub(crate) fn resolve(&mut self, ty: &ast::Type) -> Type {
         match &ty.kind {
             TypeKind::Error => Type::Poison,
@@ -39,7 +39,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The length of an array, at least one.
+    /// Evaluates the length of an array, at least 1.
     pub(super) fn array_length(&mut self, id: ExprId) -> Option<u32> {
         let span = self.frame.expressions[id].span;
         let value = self.expr(id);

@@ -1,26 +1,26 @@
-//! Where a function's own numbers are: the lengths that its domains and literals name.
+//! Guesses the length scale of a function from its domains and literals.
 //!
-//! In: the graph of a function, with the domains of its parameters. Out: [`Scale`] in its signature. Positions are lengths,
-//! so are what is added to them or compared with them, and products have the sum of the powers of their factors: what
-//! this leaves open stays open. It is a guess that decides where states are drawn, and nothing else.
+//! In: the graph of a function, with the domains of its parameters. Out: [`Scale`] in its signature.
+//! Dimensional analysis: positions are lengths, sums and comparisons need equal exponents of length, products
+//! add exponents. The guess only decides where states are drawn; unknown exponents stay unknown.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{Domain, ParameterType, Role, Slot};
 use crate::vector::{Graph, Node};
 
-/// Rounds of inference; what a round learns about a parameter tells the next more about others.
+/// Maximum number of rounds; a round uses the exponents of parameters from earlier ones.
 const ROUNDS: usize = 4;
-/// Domains within these are of order one: states of order one are theirs.
+/// Scales in this range are of order one and need no guess.
 const ORDINARY: std::ops::Range<f64> = 1e-2..1e3;
-/// Numbers of a text that name no scale.
+/// Literals in this range do not define a scale.
 const COMMON: std::ops::Range<f64> = 0.05..50.0;
-/// Lengths at which powers of them stay within the range of doubles.
+/// Lengths whose powers stay in the range of doubles.
 const POSSIBLE: std::ops::Range<f64> = 1e-15..1e15;
-/// Named lengths that are kept.
+/// Maximum number of named lengths.
 const MOST_NAMED: usize = 8;
 
-/// Notes the scale of a function in its signature.
+/// Stores the guessed scale of a function in its signature.
 pub(super) fn guess(graph: &mut Graph) {
     let mut powers =
         Powers { nodes: vec![None; graph.len()], parameters: vec![None; graph.signature.parameters.len()] };
@@ -60,7 +60,7 @@ pub(super) fn guess(graph: &mut Graph) {
     let length = graph.signature.scale.length.or(guessed);
     let scale = length.unwrap_or(1.0);
     named.retain(|length| !(0.1 * scale..10.0 * scale).contains(length));
-    // One of each decade is enough.
+    // One length per decade is enough.
     let mut kept: Vec<f64> = Vec::new();
     for length in named {
         if kept.len() < MOST_NAMED && !kept.iter().any(|kept| (kept / 10.0..kept * 10.0).contains(&length)) {
@@ -73,15 +73,15 @@ pub(super) fn guess(graph: &mut Graph) {
     scale.named = kept;
 }
 
-/// The length that a number is a power of, if it can be one.
+/// The length L with L^`power` = |`number`|, if it is possible.
 fn root(number: f64, power: f64) -> Option<f64> {
     let length = number.abs().powf(1.0 / power);
-    // Two digits of a root are the same on every machine, and enough.
+    // Two digits of a root are enough, and the same on every platform.
     let length = if power == 1.0 { length } else { format!("{length:.1e}").parse().unwrap_or(length) };
     (number != 0.0 && POSSIBLE.contains(&length)).then_some(length)
 }
 
-/// The powers of a length that nodes and parameters are, as far as known.
+/// Exponents of length of nodes and parameters, as far as known.
 struct Powers {
     nodes: Vec<Option<f64>>,
     parameters: Vec<Option<f64>>,
@@ -102,11 +102,11 @@ impl Powers {
         }
     }
 
-    /// From operands to results.
+    /// Infers exponents of results.
     fn forward(&mut self, graph: &Graph) {
         for (index, node) in graph.nodes().enumerate() {
             let of = |operand: usize| self.nodes[operand];
-            // A literal has the power of what it is added to; as a factor it is a number.
+            // In a sum, a literal has the exponent of the other terms; as a factor, it has exponent 0.
             let factor = |operand: usize| match graph.node(operand) {
                 Node::Constant(_) => Some(0.0),
                 _ => of(operand),
@@ -150,7 +150,7 @@ impl Powers {
         }
     }
 
-    /// From results to operands, and across comparisons.
+    /// Infers exponents of operands, and across comparisons.
     fn backward(&mut self, graph: &Graph) {
         for index in (0..graph.len()).rev() {
             let node = graph.node(index);
@@ -224,7 +224,7 @@ impl Powers {
         }
     }
 
-    /// Of a product of two with a known power, what one of them is if the other is known.
+    /// Infers the exponent of one factor of a product from the product and the other factor.
     fn factor(&mut self, own: Option<f64>, operands: [usize; 2]) {
         let Some(own) = own else { return };
         match operands.map(|operand| self.nodes[operand]) {

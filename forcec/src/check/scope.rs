@@ -1,8 +1,8 @@
-//! Variables in scope, found by name in logarithmic time however many there are.
+//! Variables in scope, found by name in logarithmic time.
 
 use std::collections::BTreeMap;
 
-/// A stack of named things; the last of a name is the one in sight.
+/// A stack of named entries; a later entry shadows earlier ones of the same name.
 pub(crate) struct Scope<'a, T> {
     entries: Vec<(&'a str, T)>,
     places: BTreeMap<&'a str, Vec<usize>>,
@@ -13,7 +13,7 @@ impl<'a, T> Scope<'a, T> {
         Scope { entries: Vec::new(), places: BTreeMap::new() }
     }
 
-    /// How many there are: a mark to come back to.
+    /// Number of entries, as a mark for `leave`.
     pub(crate) fn mark(&self) -> usize {
         self.entries.len()
     }
@@ -23,7 +23,7 @@ impl<'a, T> Scope<'a, T> {
         self.entries.push((name, entry));
     }
 
-    /// Where the name in sight stands.
+    /// Index of the entry that a name refers to.
     pub(crate) fn find(&self, name: &str) -> Option<usize> {
         self.places.get(name)?.last().copied()
     }
@@ -32,12 +32,12 @@ impl<'a, T> Scope<'a, T> {
         &mut self.entries[place].1
     }
 
-    /// The names in sight, the last first.
+    /// Names in scope, the latest first.
     pub(crate) fn names(&self) -> impl Iterator<Item = &'a str> {
         self.entries.iter().rev().map(|(name, _)| *name)
     }
 
-    /// Takes away what was bound after the mark, in the order it was bound.
+    /// Removes and returns the entries bound after the mark, in order.
     pub(crate) fn leave(&mut self, mark: usize) -> Vec<T> {
         let mut left = Vec::new();
         for (name, entry) in self.entries.drain(mark..) {

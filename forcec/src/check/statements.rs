@@ -92,7 +92,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The value with its leaves held by lets of this name.
+    /// The value with each leaf bound to a `let` node of this name.
     fn named(&mut self, name: &str, value: Value, span: Span) -> Value {
         if !self.spend(value.size(), span) {
             return Value::Poison;
@@ -153,7 +153,7 @@ impl<'a> Elaborator<'a> {
         let (start, end) = match ends {
             [Some(start), Some(end)] => (start, end),
             _ => {
-                // The body is walked once, so that what is wrong in it is said.
+                // The body is evaluated once, so that errors in it are reported.
                 self.iteration(repeat, Value::Poison);
                 return;
             }
@@ -256,7 +256,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Walks a branch and takes its assignments back; returns its value and what was assigned.
+    /// Evaluates a branch and undoes its assignments; returns its value and the assigned values.
     fn branch(
         &mut self,
         guard: Option<(crate::vector::Truth, bool)>,

@@ -1,4 +1,4 @@
-//! The types of values, and how messages call them.
+//! The types of values, and their names in messages.
 
 use crate::model::bodies::{BodyKind, ParameterType};
 use std::fmt;
@@ -6,13 +6,13 @@ use std::fmt;
 /// The type of a value.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Type {
-    /// The type of what a message was given for; it agrees with every other.
+    /// The type of an erroneous expression; it agrees with every type.
     Poison,
     /// `Real`
     Real,
     /// `bool`
     Truth,
-    /// `usize`, `i32` and their like: known while compiling
+    /// `usize`, `i32` and other integers; known at compile time
     Integer,
     /// `Vec2`, `Vec3`, `Vec4`
     Vector(u32),
@@ -22,19 +22,18 @@ pub(crate) enum Type {
     Matrix(u32),
     /// `Quat`
     Quat,
-    /// What `to_rotation_matrix` returns before `into_inner`.
+    /// The type that `to_rotation_matrix` returns, before `into_inner`.
     Rotation,
     /// `Rigid`, `Particle`
     Body(BodyKind),
     /// `Wrench`
     Wrench,
-    /// A tuple.
     Tuple(Vec<Type>),
     /// `[T; n]`
     Array(Box<Type>, u32),
 }
 
-/// Every type that has a name in the source, the bodies aside.
+/// Every named type except the body types.
 pub(crate) static NAMED: [(&str, Type); 14] = [
     ("Real", Type::Real),
     ("Vec2", Type::Vector(2)),
@@ -53,18 +52,18 @@ pub(crate) static NAMED: [(&str, Type); 14] = [
 ];
 
 impl Type {
-    /// The type of that name.
+    /// The type with this name.
     pub(crate) fn named(name: &str) -> Option<Type> {
         let simple = NAMED.iter().find(|(known, _)| *known == name).map(|(_, ty)| ty.clone());
         simple.or_else(|| BodyKind::named(name).map(Type::Body))
     }
 
-    /// Every name a type can have.
+    /// Names of all types.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         NAMED.iter().map(|(name, _)| *name).chain(crate::model::bodies::BODIES.iter().map(|row| row.name))
     }
 
-    /// Whether a value of this type may stand where the other is wanted.
+    /// Whether a value of this type is allowed where `wanted` is expected.
     pub(crate) fn agrees(&self, wanted: &Type) -> bool {
         match (self, wanted) {
             (Type::Poison, _) | (_, Type::Poison) => true,
@@ -76,7 +75,7 @@ impl Type {
         }
     }
 
-    /// Whether it is, or contains, something a message was given for.
+    /// Whether the type is or contains `Poison`.
     pub(crate) fn is_poisoned(&self) -> bool {
         match self {
             Type::Poison => true,
@@ -86,7 +85,7 @@ impl Type {
         }
     }
 
-    /// The type a kernel's parameter has, if it can be one.
+    /// The type of a parameter, if allowed for parameters.
     pub(crate) fn parameter(&self) -> Option<ParameterType> {
         Some(match self {
             Type::Real => ParameterType::Real,
@@ -98,7 +97,7 @@ impl Type {
         })
     }
 
-    /// How many reals a parameter of this type holds.
+    /// Number of reals in a parameter of this type.
     pub(crate) fn reals(&self) -> u64 {
         match self {
             Type::Vector(n) => u64::from(*n),
@@ -109,7 +108,7 @@ impl Type {
         }
     }
 
-    /// How many rows of a constraint a value of this type is, if it can be rows.
+    /// Number of constraint rows in a value of this type, if rows can have it.
     pub(crate) fn rows(&self) -> Option<u64> {
         match self {
             Type::Real => Some(1),
@@ -122,7 +121,7 @@ impl Type {
         }
     }
 
-    /// How messages call it: a source name in backticks, or words.
+    /// The type in messages: a source name in backticks, or words.
     pub(crate) fn said(&self) -> String {
         match self {
             Type::Integer => "an integer".to_owned(),

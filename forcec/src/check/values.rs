@@ -1,7 +1,6 @@
-//! Values while elaborating: what an expression stands for, its leaves nodes of the graph.
+//! Values of expressions during elaboration; the leaves of a value are nodes of the graph.
 //!
-//! Promise: a composite value never holds a poisoned one, so that a value whose type was checked can be taken apart
-//! without asking again.
+//! Promise: a composite value never contains `Poison`, so values of checked types need no further checks.
 
 use crate::check::builtins::matrices::Matrix3;
 use crate::check::builtins::quaternions::Quaternion;
@@ -10,30 +9,26 @@ use crate::model::bodies::BodyKind;
 use crate::vector::{Real, Truth, Vector};
 use std::rc::Rc;
 
-/// A value.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(crate) enum Value {
-    /// Something a message was given for.
+    /// An erroneous value; it causes no further errors.
     Poison,
-    /// A real.
     Real(Real),
-    /// A truth that the kernel finds out.
+    /// A condition that the kernel evaluates.
     Truth(Truth),
-    /// A truth that is known while compiling.
+    /// A condition that is known at compile time.
     Known(bool),
-    /// An integer; always known.
+    /// An integer; always known at compile time.
     Integer(i64),
-    /// A vector of two or four.
+    /// A vector of 2 or 4 entries.
     Few(Rc<[Real]>),
-    /// A vector of three.
+    /// A vector of 3 entries.
     Vector(Vector),
     /// The transpose of a vector.
     Row(Rc<Value>),
     /// A 2×2 matrix, row by row.
     Matrix2([Real; 4]),
-    /// A 3×3 matrix.
     Matrix3(Matrix3),
-    /// A quaternion.
     Quat(Quaternion),
     /// The rotation matrix of a quaternion.
     Rotation(Quaternion),
@@ -41,9 +36,7 @@ pub(crate) enum Value {
     Body(u16, BodyKind),
     /// Force and torque.
     Wrench(Vector, Vector),
-    /// A tuple.
     Tuple(Rc<Composite>),
-    /// An array.
     Array(Rc<Composite>),
 }
 
@@ -52,7 +45,7 @@ pub(crate) enum Value {
 pub(crate) struct Composite {
     /// The elements; an array has at least one.
     pub(crate) elements: Vec<Value>,
-    /// How many leaves there are below.
+    /// 1 plus the number of leaves of all elements.
     pub(crate) size: u64,
 }
 
@@ -64,22 +57,22 @@ impl Composite {
 }
 
 impl Value {
-    /// The value of a block without one.
+    /// The value of a block without a final expression.
     pub(crate) fn unit() -> Value {
         Value::Tuple(Composite::new(Vec::new()))
     }
 
-    /// A tuple, poisoned if an element is.
+    /// A tuple, or `Poison` if an element is `Poison`.
     pub(crate) fn tuple(elements: Vec<Value>) -> Value {
         if elements.contains(&Value::Poison) { Value::Poison } else { Value::Tuple(Composite::new(elements)) }
     }
 
-    /// An array of one type, poisoned if an element is.
+    /// An array, or `Poison` if an element is `Poison`.
     pub(crate) fn array(elements: Vec<Value>) -> Value {
         if elements.contains(&Value::Poison) { Value::Poison } else { Value::Array(Composite::new(elements)) }
     }
 
-    /// How many leaves it has.
+    /// Number of leaves.
     pub(crate) fn size(&self) -> u64 {
         match self {
             Value::Tuple(composite) | Value::Array(composite) => composite.size,
@@ -91,7 +84,6 @@ impl Value {
         *self == Value::Poison
     }
 
-    /// Its type.
     pub(crate) fn ty(&self) -> Type {
         match self {
             Value::Poison => Type::Poison,
@@ -118,7 +110,7 @@ impl Value {
         }
     }
 
-    // Taking apart a value whose type was checked.
+    // Accessors for values whose type was checked.
 
     pub(crate) fn real(&self) -> Real {
         match self {

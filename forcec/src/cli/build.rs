@@ -34,7 +34,7 @@ impl Build {
             }
             None => (self.input.compile(self.deny_warnings)?, None),
         };
-        // What the command says of these goes before what the scene does.
+        // Options of the command line override those of the scene.
         let (out, printed) = match (self.out, scene) {
             (out, Some((own, request))) => (out.unwrap_or(own), request.with(&self.printed.0)),
             (out, None) => (out.unwrap_or_default(), printed),

@@ -1,4 +1,4 @@
-//! `forcec check`: every kernel against the mathematics of its source.
+//! `forcec check`: compares every kernel with the mathematics of its source.
 
 use crate::cli::options::{Options, REAL};
 use crate::cli::{Failure, Input, Outcome, in_parallel, print, rounding};
@@ -90,18 +90,17 @@ impl Check {
     }
 }
 
-/// A report as JSON with one more field, `rounding`.
+/// Adds a field `rounding` to a JSON report.
 fn with_rounding(report: &str, kernels: &[&Kernel]) -> String {
     let mut report: serde_json::Value = serde_json::from_str(report).expect("a report is JSON");
     report["rounding"] = rounding::json(kernels);
     format!("{report}\n")
 }
 
-/// States at which places are compared.
+/// The number of states at which positions of outputs are compared.
 const STATES: usize = 8;
 
-/// What is wrong with the statements of a kernel that lays its results out otherwise: they must compute what the program
-/// does, which has been checked, and put it where it belongs.
+/// An error if the statements of a kernel in another layout do not give the checked program's outputs.
 fn misplaced(function: &Stages, subject: &Subject) -> Option<String> {
     /// Statements may round in another order than the program.
     const SLACK: f64 = 4.0;

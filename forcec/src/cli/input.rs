@@ -1,4 +1,4 @@
-//! What a command is to work on: force files, read, checked and compiled together.
+//! Reads, checks and compiles the force files that a command works on.
 
 use crate::cli::{Failure, Input, Progress, Search, colour, complain};
 use crate::compile::Request;
@@ -10,8 +10,8 @@ use crate::source::suggest;
 use std::path::{Path, PathBuf};
 
 impl Input {
-    /// Reads, checks and compiles everything asked for. Warnings are printed, and are a failure if they are denied; errors of
-    /// all files are collected.
+    /// Compiles the inputs of a command. Prints warnings, or fails if denied; collects the errors of all
+    /// files.
     pub(super) fn compile(&self, deny_warnings: bool) -> Result<Vec<Unit>, Failure> {
         if let Some(path) = &self.scene {
             return self.scene(path, deny_warnings).map(|scene| scene.units);
@@ -26,7 +26,7 @@ impl Input {
         if warned && deny_warnings { Err(Failure::Check) } else { Ok(units) }
     }
 
-    /// The kernels of a scene, which says itself how they are made.
+    /// Compiles a scene, which specifies its options itself.
     pub(super) fn scene(&self, path: &Path, deny_warnings: bool) -> Result<Scene, Failure> {
         let Search { options, passes } = &self.search;
         if !options.0.is_empty() || passes.is_some() || !self.only.is_empty() {
@@ -56,16 +56,16 @@ pub(super) fn warn(source: &Source, warnings: &[Diagnostic]) {
     }
 }
 
-/// Which force functions.
+/// A selection of force functions.
 pub(super) struct Files<'a> {
-    /// Force files, or folders that are searched for them.
+    /// Force files, or folders to search for force files.
     pub(super) paths: &'a [PathBuf],
-    /// Names; all if there are none.
+    /// Names of functions; empty selects all.
     pub(super) only: &'a [String],
 }
 
 impl Files<'_> {
-    /// Reads, checks and compiles what is wanted; of each file that could be compiled `warn` is told, even if others have errors.
+    /// Compiles the selection; calls `warn` for each file that compiles, even if others have errors.
     pub(super) fn compile(&self, request: &Request, warn: &dyn Fn(&Unit)) -> Result<Vec<Unit>, Failure> {
         let found = files::read_all(self.paths);
         let mut errors = found.errors;
@@ -84,7 +84,7 @@ impl Files<'_> {
         if errors.is_empty() { Ok(units) } else { Err(Failure::Input(errors.join("\n\n"))) }
     }
 
-    /// Names that were asked for and are not there.
+    /// An error for each selected name that does not exist.
     fn unknown_names(&self, units: &[Unit]) -> Vec<String> {
         let names: Vec<&str> =
             units.iter().flat_map(|unit| unit.compiled.names.iter().map(String::as_str)).collect();

@@ -1,4 +1,4 @@
-//! `forcec lint`: how force functions behave in a solver, and what to write instead.
+//! `forcec lint`: reports how force functions behave in a solver, and suggests alternatives.
 
 use crate::cli::input::{Files, warn};
 use crate::cli::options::{KNOWN, Options};
@@ -27,7 +27,7 @@ impl Lint {
         let mut request = self.options.request();
         request.plan.effort = Effort::Quick;
         let files = Files { paths: &self.paths, only: &self.only };
-        // What the compiler warns of is said below, with what was measured there.
+        // The report below includes the compiler's warnings, with measurements.
         let units = files.compile(&request, &|_| ())?;
         let units: Vec<_> = units.iter().map(|unit| &unit.compiled).collect();
         let functions: Vec<_> =

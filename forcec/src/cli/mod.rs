@@ -1,6 +1,7 @@
-//! The command line: a thin door onto the library.
+//! The command line, a thin layer over the library.
 //!
-//! In: arguments. Out: files, tables, messages, and an exit code: 0 done, 1 a check failed, 2 bad usage or bad input.
+//! In: arguments. Out: files, tables, messages, and an exit code: 0 success, 1 check failed, 2 bad usage or
+//! input.
 
 mod build;
 mod check;
@@ -104,7 +105,7 @@ impl Search {
     }
 }
 
-/// The pass of this name, as a plan has it.
+/// The pass with this name, as a bit of a plan.
 fn pass(name: &str) -> Result<u32, String> {
     let plan = Plan::default().with_passes([name]);
     plan.map(|plan| plan.passes).map_err(|_| {
@@ -113,9 +114,9 @@ fn pass(name: &str) -> Result<u32, String> {
     })
 }
 
-/// Why a command did not end well.
+/// Why a command failed.
 enum Failure {
-    /// A check failed: exit code 1. What is wrong has been printed.
+    /// A check failed: exit code 1. The failure has been printed.
     Check,
     /// Bad usage or bad input: exit code 2.
     Input(String),
@@ -161,13 +162,13 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Prints to standard output; a reader that has gone away ends the program quietly.
+/// Prints to standard output; a closed pipe ends the program quietly.
 fn print(text: &str) -> Outcome {
     let mut out = std::io::stdout();
     unless_closed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// What became of printing; a closed pipe is no reason to complain about.
+/// The result of printing; a closed pipe is not an error.
 fn unless_closed(printed: std::io::Result<()>) -> Outcome {
     match printed {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -177,17 +178,17 @@ fn unless_closed(printed: std::io::Result<()>) -> Outcome {
     }
 }
 
-/// Prints a line to standard error, whether or not somebody still reads it.
+/// Prints a line to standard error; ignores errors.
 fn complain(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// Whether messages may be coloured: only on a terminal, and never under `NO_COLOR`.
+/// Whether messages may be coloured: on a terminal only, and never under `NO_COLOR`.
 fn colour() -> bool {
     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
-/// What `work` makes of each item, in their order, on all processors; with a progress line that names them.
+/// Runs `work` on each item, on all processors, with a progress line; returns the results in order.
 fn in_parallel<T: Sync, R: Send>(
     items: &[T],
     name: impl Fn(&T) -> &str + Sync,

@@ -1,9 +1,9 @@
-//! The options of the table as arguments of commands.
+//! The compile options as arguments of commands.
 
 use crate::options::{Choice, OPTIONS, OptionRow, Request, Takes, Wrong};
 use clap::builder::TypedValueParser;
 
-/// Options of how kernels are made, of what is printed, of what is known beforehand, or of the precision alone.
+/// The options for making kernels, for printing them, for specialisation, or for the precision alone.
 pub(super) struct Options<const OF: u8 = MADE>(pub(super) Vec<Choice>);
 
 pub(super) const MADE: u8 = 0;
@@ -21,7 +21,7 @@ impl<const OF: u8> Options<OF> {
         })
     }
 
-    /// What is asked for.
+    /// The request that results from the options.
     pub(super) fn request(&self) -> Request {
         Request::default().with(&self.0)
     }
@@ -45,7 +45,7 @@ impl<const OF: u8> clap::FromArgMatches for Options<OF> {
             let words = if given { matches.get_many::<String>(row.name) } else { None };
             let words: Vec<&str> = words.into_iter().flatten().map(String::as_str).collect();
             if if given { !words.is_empty() } else { matches.get_flag(row.name) } {
-                // Each of the values has been read before.
+                // Each value has been parsed before.
                 let wrong =
                     |wrong: Wrong| clap::Error::raw(clap::error::ErrorKind::InvalidValue, wrong.message);
                 choices.push(row.read(&words).map_err(wrong)?);
@@ -60,7 +60,7 @@ impl<const OF: u8> clap::FromArgMatches for Options<OF> {
     }
 }
 
-/// An option of the table as an argument.
+/// Converts an option to a clap argument.
 fn argument(row: &'static OptionRow) -> clap::Arg {
     let several = if row.is_list() { "; may be repeated" } else { "" };
     let argument = clap::Arg::new(row.name).long(row.name).help(format!("{}{several}", row.summary));

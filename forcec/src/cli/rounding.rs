@@ -1,6 +1,6 @@
-//! `forcec check --rounding`: bounds of rounding errors beside the errors.
+//! `forcec check --rounding`: bounds on rounding errors, with observed errors.
 //!
-//! In: kernels. Out: a table, or JSON, with a line for each kernel, precision and result.
+//! In: kernels. Out: a table, or JSON, with one line for each kernel, precision and output.
 
 use crate::kernel::{Kernel, Precision};
 use crate::rounding::observed::{Comparison, compare};
@@ -9,14 +9,14 @@ use crate::sample::states::Family;
 use crate::verify::render::columns;
 use serde_json::{Value, json};
 
-/// What stands side by side: states of order one and stiff ones, and the two families that are hard.
+/// Groups of columns: ordinary and stiff states, near-singular states, far states.
 const GROUPS: [(&str, &[Family]); 3] = [
     ("", &[Family::Random, Family::Rest, Family::Identity, Family::Stiff]),
     ("near", &[Family::NearSingular]),
     ("far", &[Family::Far]),
 ];
 
-/// One result of one kernel, a comparison a group.
+/// One output of one kernel, with a comparison per group.
 struct Line {
     kernel: String,
     precision: Precision,
@@ -35,13 +35,13 @@ fn lines(kernels: &[&Kernel]) -> Vec<Line> {
             }));
         }
     }
-    // A result that is zero everywhere has nothing to round.
+    // An output that is always zero has no rounding error.
     let zero = |line: &Line| line.groups.iter().all(|c| (c.bound, c.unbounded) == (0.0, 0));
     lines.retain(|line| !zero(line));
     lines
 }
 
-/// The table.
+/// The table as text.
 pub(super) fn table(kernels: &[&Kernel]) -> String {
     let mut rows = vec![["kernel", "real", "result"].map(str::to_owned).to_vec()];
     rows[0].extend(
@@ -66,7 +66,7 @@ pub(super) fn table(kernels: &[&Kernel]) -> String {
     columns(&rows, |column| column < 3)
 }
 
-/// The same for programs.
+/// The table as JSON.
 pub(super) fn json(kernels: &[&Kernel]) -> Value {
     let group = |(name, comparison): (&str, &Comparison)| {
         json!({

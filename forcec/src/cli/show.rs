@@ -1,4 +1,4 @@
-//! `forcec show`: one stage of one force function.
+//! `forcec show`: prints one stage of one force function.
 
 use crate::cli::{Failure, Input, Outcome, Search, print};
 use crate::derive::derive;
@@ -57,7 +57,7 @@ impl Show {
         let unit = units.iter().find(|unit| !unit.compiled.functions.is_empty());
         let unit = unit.ok_or_else(|| Failure::Input(format!("error: no force function `{}`", self.name)))?;
         let function = &unit.compiled.functions[0];
-        // What a layout makes of F and its derivatives is made of these.
+        // Layouts of the default outputs are made of F, ∂F/∂X and ∂F/∂V.
         let whole = function.kernel.layout.row().computes.is_some();
         let parts = if whole { Part::DEFAULT.to_vec() } else { function.outputs() };
         let derived = || derive(&function.definition, &parts, function.formulation);

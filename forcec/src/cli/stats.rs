@@ -38,7 +38,7 @@ impl Stats {
         print(&table(&COLUMNS, rows))
     }
 
-    /// What the kernels of a scene cost beside those of everything, and what is left out.
+    /// Compares the kernels of a scene with full kernels, and lists functions without a kernel.
     fn scene(&self, scene: &Scene) -> Outcome {
         let functions: Vec<&Stages> = scene.units.iter().flat_map(|unit| &unit.compiled.functions).collect();
         let full: Vec<Option<(usize, usize)>> = costs_of_full(scene);
@@ -90,7 +90,7 @@ impl Stats {
     }
 }
 
-/// What the full kernels of a scene cost, made in the same mode; none if another kernel stands for one already.
+/// The costs of a scene's full kernels, in the same mode; `None` for duplicates.
 fn costs_of_full(scene: &Scene) -> Vec<Option<(usize, usize)>> {
     let kernels = scene.units.iter().flat_map(|unit| {
         unit.compiled.functions.iter().map(|function| (&unit.compiled.source, &function.definition.name))
@@ -103,13 +103,13 @@ fn costs_of_full(scene: &Scene) -> Vec<Option<(usize, usize)>> {
     kernels.zip(&scene.full).map(cost).collect()
 }
 
-/// The operations of a kernel, and the entries it writes.
+/// The operations of a kernel, and the number of entries that it writes.
 fn cost(function: &Stages) -> (usize, usize) {
     let schedule = &function.kernel.schedule;
     (schedule.operations().total(), schedule.entries())
 }
 
-/// How much less or more it is, in hundredths.
+/// The relative difference in percent.
 fn change(cost: usize, full: usize) -> String {
     match full {
         0 => "-".to_owned(),
@@ -121,13 +121,13 @@ fn change(cost: usize, full: usize) -> String {
     }
 }
 
-/// Rows below headings; the first column stands to the left.
+/// Rows below headings, with a left-aligned first column.
 fn table(headings: &[&str], mut rows: Vec<Vec<String>>) -> String {
     rows.insert(0, headings.iter().map(|&heading| heading.to_owned()).collect());
     columns(&rows, |column| column == 0)
 }
 
-/// Lines of the C source of a kernel in double precision, and its entries that are not zero.
+/// The number of lines in the C source of a kernel in double precision.
 fn lines(function: &Stages) -> usize {
     let file = File {
         stem: function.kernel.name.clone(),

@@ -232,8 +232,7 @@ fn part(g: &Graph, identity: Real, skew: Vector, rotations: Vec<(Slot, bool)>) -
 /// `terms` does not split sums of more terms.
 const LONGEST_RIGHT: usize = 8;
 
-/// Adds outer products: drops zeros, moves numbers and reals to the right side, joins products with a common
-/// side.
+/// Adds outer products: drops zeros, moves numbers and reals to the right, joins products with a common side.
 fn merge(g: &mut Graph, outer: Vec<(Vector, Vector)>) -> Vec<(Vector, Vector)> {
     let mut products: Vec<(Vector, Vector)> = Vec::with_capacity(outer.len());
     for (u, v) in outer {
@@ -265,8 +264,7 @@ fn merge(g: &mut Graph, outer: Vec<(Vector, Vector)>) -> Vec<(Vector, Vector)> {
     }
 }
 
-/// The terms of a sum, or of a multiple of a sum, if there are at most `LONGEST_RIGHT`; else the vector
-/// itself.
+/// The terms of a sum, or of a multiple of a sum, if at most `LONGEST_RIGHT`; else the vector itself.
 fn terms(g: &mut Graph, v: Vector) -> Vec<Vector> {
     let (scale, inner) = match *g.node(v.index()) {
         Node::Scale(s, inner) => (Some(s), inner),
@@ -283,8 +281,7 @@ fn terms(g: &mut Graph, v: Vector) -> Vec<Vector> {
     sum.into_iter().map(&mut multiple).collect()
 }
 
-/// Joins products with the same left vector; with `by_right`, those with the same right vector up to a real
-/// factor.
+/// Joins products with the same left vector; with `by_right`, the same right vector up to a real factor.
 fn join(g: &mut Graph, products: Vec<(Vector, Vector)>, by_right: bool) -> Vec<(Vector, Vector)> {
     let mut groups: BTreeMap<Vector, Vec<(Exact, Vector)>> = BTreeMap::new();
     for (u, v) in products {

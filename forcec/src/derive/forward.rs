@@ -55,7 +55,7 @@ pub struct Lie {
     rows: FxHashMap<Real, BTreeMap<Variable, Vector>>,
     /// Every variable.
     variables: Vec<Variable>,
-    /// How many more nodes rows may be formed backward through; after that, rows are formed forward.
+    /// The number of nodes that rows may still be formed backward through; then rows are formed forward.
     backward: usize,
     /// The pairs of pose and velocity variables that a time step moves together.
     pub steps: Vec<StepMove>,
@@ -65,8 +65,7 @@ pub struct Lie {
     pub stand: BTreeMap<u32, u32>,
 }
 
-/// The number of nodes that rows may be formed backward through: a chain of n factors passes each factor n
-/// times.
+/// The limit on nodes that rows are formed backward through: a chain of n factors passes each factor n times.
 const BACKWARD_STEPS: usize = 20_000;
 
 impl Lie {
@@ -479,8 +478,8 @@ fn variable(slot: Slot, role: Role) -> Variable {
     }
 }
 
-/// A factor in a product of quaternions q that turns by δθ: D q = c (0, s) q, or c q (0, s) with `right`, for
-/// s = R δθ.
+/// A factor of a product of quaternions q that turns by δθ, s = R δθ: D q = c (0, s) q; with `right`, c q (0,
+/// s).
 pub(super) struct Turned {
     /// c, ½ or −½
     pub(super) coefficient: Exact,

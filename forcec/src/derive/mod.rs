@@ -4,9 +4,9 @@
 //! and ∂F/∂V are formed. docs/mathematics.md, "Forces", gives the formulas: F = −Jᵀ(ks C + kd Ċ) for a
 //! constraint, F = −D E for an energy, the returned F for a force.
 //!
-//! If positions enter only through differences, and there are fewer differences than moving bodies, the
-//! differences are the variables. Each body's block is then a signed copy or sum, so action and reaction cost
-//! no operations.
+//! If positions enter only through differences, and these are fewer than the moving bodies, the differences
+//! are the variables. Each body's block is then a signed copy or sum, so action and reaction cost no
+//! operations.
 
 pub mod block;
 pub mod forward;
@@ -33,8 +33,7 @@ pub struct Derived {
     pub lie: Lie,
     /// Forces per block of the pose.
     pub forces: Vec<(Block, Combination<Vector>)>,
-    /// h F per block if an output needs the step h; equal to `forces` if `forces` already contain h, or
-    /// without h.
+    /// h F per block if an output needs the step h; the same as `forces` if they contain h, or without h.
     pub impulses: Vec<(Block, Combination<Vector>)>,
     /// For each block of the pose, the variables that move with the block.
     pub pose: Vec<(Block, Combination<Variable>)>,
@@ -48,8 +47,7 @@ pub struct Derived {
     pub rows: Vec<(Real, Real)>,
     /// λ of each row of C, and h λ.
     pub multipliers: Vec<(Real, Real)>,
-    /// h F at multipliers given as an argument, whose derivatives are those of λ; empty unless an output
-    /// needs it.
+    /// h F with multipliers from an argument and the derivatives of λ; empty unless an output needs it.
     pub held: Vec<(Block, Combination<Vector>)>,
     /// For each block, the variables of a time step, which moves the pose by h w and the velocity by w.
     pub steps: Vec<(Block, Combination<Variable>)>,
@@ -62,8 +60,8 @@ pub struct Derived {
 }
 
 /// Derives the forces and the requested derivatives; `formulation` selects how derivatives are written. If
-/// every requested output that depends on F contains the step h, the forces are impulses h F: h multiplies
-/// the gains, E or the returned F.
+/// every requested output of F contains the step h, the forces are impulses h F: h multiplies the gains, E or
+/// the returned F.
 pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation) -> Derived {
     let mut graph = definition.graph.clone();
     let stated = graph.len();
@@ -296,16 +294,14 @@ fn where_true(graph: &mut Graph, truth: Truth, x: Real) -> Real {
     graph.select(truth, x, zero)
 }
 
-/// The rows of C, each with its λ and its number; a one-sided row has λ where active, and the condition for
-/// that.
+/// Rows of C, each with its λ and its number; for a one-sided row λ while active, and whether it is active.
 #[derive(Default)]
 struct Held {
     reals: Vec<(Real, Real, Option<Truth>, usize)>,
     vectors: Vec<(Vector, Vector, usize)>,
 }
 
-/// The rows of C, each with −h times its given multiplier; `stand` maps each given multiplier to the node of
-/// λ.
+/// Rows of C, each with −h times its given multiplier; `stand` maps given multipliers to nodes of λ.
 struct Given {
     reals: Vec<(Real, Real)>,
     vectors: Vec<(Vector, Vector)>,
@@ -429,8 +425,7 @@ fn frontier(graph: &Graph, roots: impl Iterator<Item = usize>) -> BTreeSet<(Slot
     differences.into_iter().filter(|(role, set)| usable(role, set)).flat_map(|(_, set)| set).collect()
 }
 
-/// The variables that move with each block: its stored triple or orientation, or the differences that contain
-/// it.
+/// The variables that move with each block: its stored triple or orientation, or the differences with it.
 fn columns(lie: &Lie, blocks: &[Block]) -> Vec<(Block, Combination<Variable>)> {
     let mut columns = Vec::new();
     for block in blocks {

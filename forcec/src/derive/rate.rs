@@ -17,9 +17,9 @@ use std::collections::{BTreeMap, BTreeSet};
 pub enum Motion {
     /// The poses move with the velocities; the velocities are constant.
     Velocities,
-    /// The poses move along a direction, an argument that begins at this slot.
+    /// The poses move along a direction, the argument at this slot.
     Pose(Slot),
-    /// The velocities move along a direction, an argument that begins at this slot.
+    /// The velocities move along a direction, the argument at this slot.
     Velocity(Slot),
 }
 
@@ -38,12 +38,12 @@ enum Rate {
 }
 
 impl Rates<'_> {
-    /// Creates an empty cache for bodies that move with their velocities.
+    /// Creates an empty cache, for bodies that move with their velocities.
     pub fn new(graph: &mut Graph) -> Rates<'_> {
         Rates::along(graph, Motion::Velocities)
     }
 
-    /// Creates an empty cache for this motion.
+    /// Creates an empty cache.
     pub fn along(graph: &mut Graph, motion: Motion) -> Rates<'_> {
         Rates { graph, motion, memo: FxHashMap::default() }
     }
@@ -244,7 +244,7 @@ impl Rates<'_> {
         }
     }
 
-    /// The argument entry that is the rate of a position, a velocity or an angular velocity.
+    /// The argument entry that is the rate of a position or velocity.
     fn velocity(&self, slot: Slot) -> Option<Slot> {
         match self.graph.signature.role(slot)? {
             Role::Orientation => None,
@@ -279,7 +279,7 @@ impl Rates<'_> {
         Some(self.graph.triple(slot))
     }
 
-    /// The factors of a product of quaternions that turn, each with its angular velocity, rotated by R.
+    /// The turning factors of a product of quaternions, each with its angular velocity, rotated by R.
     fn turn_rates(&mut self, turn: &[(Slot, bool)]) -> Vec<(Turned, Vector)> {
         let slots: BTreeSet<Slot> = turn.iter().map(|(slot, _)| *slot).collect();
         let mut rates = Vec::new();

@@ -41,8 +41,7 @@ impl Adjoints {
     }
 }
 
-/// The gradient of Σ adjoint · real + Σ adjoint · vector; `variables` are the variables that branches depend
-/// on.
+/// The gradient of Σ adjoint · real + Σ adjoint · vector; `variables` are those that branches depend on.
 pub fn gradient(
     lie: &mut Lie,
     reals: &[(Real, Real)],
@@ -233,8 +232,7 @@ fn propagate_vector(
         }
         Node::VectorLet(v) => {
             if lie.graph.formulation.backward || matches!(lie.graph.node(v.index()), Node::Rotate(..)) {
-                // No let: the adjoint of an arm enters a single cross product, and simplification must see
-                // through it.
+                // No let for the adjoint of an arm, so that its only cross product simplifies.
                 adjoints.vector(v, adjoint);
                 return;
             }
@@ -246,8 +244,7 @@ fn propagate_vector(
     }
 }
 
-/// u × v. In forward formulations, term by term if v is a sum of scaled vectors: the other body has the same
-/// products.
+/// u × v; in forward formulations term by term for a sum v of scaled vectors, as for the other body.
 fn cross_terms(g: &mut Graph, u: Vector, v: Vector) -> Vector {
     match g.node(v.index()).clone() {
         Node::VectorSum(terms)

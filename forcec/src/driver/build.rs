@@ -1,7 +1,7 @@
-//! For build scripts: force files to kernels while cargo builds.
+//! Compiles force files from build scripts.
 //!
-//! In: force files or folders of them. Out: what the command line writes, in `OUT_DIR` or a folder of choice, with lines
-//! that tell cargo when to run again; or errors as cargo shows them.
+//! In: force files or folders. Out: the files that the command line writes, in `OUT_DIR` or another folder,
+//! and the lines that make cargo watch the inputs; or errors in cargo's format.
 
 use crate::compile::Request;
 pub use crate::driver::files::BuildError;
@@ -24,8 +24,8 @@ use std::path::{Path, PathBuf};
 /// forcec::Build::new().input("forces").run();
 /// ```
 ///
-/// Kernels are Rust in double precision unless told otherwise. Beside them stands a `mod.rs` that names them all, so that
-/// one line makes them part of the crate:
+/// By default, kernels are Rust in double precision. A `mod.rs` next to the kernels declares their modules,
+/// so one line adds all kernels to the crate:
 ///
 /// ```ignore
 /// include!(concat!(env!("OUT_DIR"), "/mod.rs"));
@@ -39,77 +39,77 @@ pub struct Build {
 }
 
 impl Build {
-    /// Nothing to compile yet.
+    /// A build without inputs.
     pub fn new() -> Build {
         Build::default()
     }
 
-    /// A force file, or a folder that is searched for them; relative to the crate. May be repeated.
+    /// Adds a force file, or a folder to search for force files; relative to the crate.
     pub fn input(mut self, path: impl Into<PathBuf>) -> Build {
         self.inputs.push(path.into());
         self
     }
 
-    /// A scene file, which says itself what is compiled and how: it goes without inputs and options but `target`, `real` and
-    /// `out`, and where it writes is said here; relative to the crate. Of several the last counts.
+    /// A scene file, which lists the kernels and their options; relative to the crate. A scene excludes
+    /// `input` and all options except `target`, `real` and `out`. The last call counts.
     #[cfg(feature = "scenes")]
     pub fn scene(mut self, path: impl Into<PathBuf>) -> Build {
         self.scene = Some(path.into());
         self
     }
 
-    /// Where to write; `OUT_DIR` unless told otherwise.
+    /// The output folder; by default `OUT_DIR`.
     pub fn out(mut self, folder: impl Into<PathBuf>) -> Build {
         self.out = Some(folder.into());
         self
     }
 
-    /// What to write; Rust unless told otherwise. May be repeated.
+    /// Adds a target; by default Rust.
     pub fn target(mut self, target: Target) -> Build {
         self.request.targets.push(target);
         self
     }
 
-    /// The precision of the kernels; double unless told otherwise. May be repeated.
+    /// Adds a precision; by default double.
     pub fn real(mut self, precision: Precision) -> Build {
         self.request.precisions.push(precision);
         self
     }
 
-    /// What kernels compute; F, ∂F/∂X and ∂F/∂V unless told otherwise.
+    /// The outputs of the kernels; by default F, ∂F/∂X and ∂F/∂V.
     pub fn outputs(mut self, parts: &[Part]) -> Build {
         self.request.outputs = Part::in_order(parts.to_vec());
         self
     }
 
-    /// Where results stand; `dense` unless told otherwise.
+    /// The output layout; by default `dense`.
     pub fn layout(mut self, layout: Layout) -> Build {
         self.request.layout = layout;
         self
     }
 
-    /// How many instances a kernel computes at once; one unless told otherwise.
+    /// The number of instances that a kernel computes at once; by default one.
     ///
-    /// Panics if that is none of [`LANES`].
+    /// Panics unless [`LANES`] contains the number.
     pub fn lanes(mut self, lanes: usize) -> Build {
         assert!(LANES.contains(&lanes), "lanes are {LANES:?}");
         self.request.lanes = lanes;
         self
     }
 
-    /// Whether what depends on parameters alone is computed once, by a function of its own.
+    /// Whether a separate function computes values of the parameters alone once.
     pub fn prepare(mut self, prepare: bool) -> Build {
         self.request.prepare = prepare;
         self
     }
 
-    /// A body that never moves. May be repeated.
+    /// Marks a body as fixed: it never moves. May be called several times.
     pub fn fixed(mut self, body: impl Into<String>) -> Build {
         self.request.known.fixed.push(body.into());
         self
     }
 
-    /// A parameter whose value is known, entry by entry. May be repeated.
+    /// Sets the value of a parameter, entry by entry, at compile time. May be called several times.
     ///
     /// Panics if a number is not finite.
     pub fn set(mut self, parameter: impl Into<String>, value: &[f64]) -> Build {
@@ -118,27 +118,28 @@ impl Build {
         self
     }
 
-    /// How long to look for fewer operations.
+    /// The optimization effort.
     pub fn effort(mut self, effort: Effort) -> Build {
         self.request.plan.effort = effort;
         self
     }
 
-    /// What kernels may do to rounding.
+    /// The floating-point mode.
     pub fn mode(mut self, mode: Mode) -> Build {
         self.request.plan.mode = mode;
         self
     }
 
-    /// Whether products that are added are fused multiplications and additions.
+    /// Whether kernels use fused multiply-add.
     pub fn fma(mut self, fma: bool) -> Build {
         self.request.plan.fma = fma;
         self
     }
 
-    /// Writes the kernels and tells cargo what to watch. On an error cargo is told, and the process ends with 1.
+    /// Writes the kernels and prints the lines that make cargo watch the inputs. After an error, prints cargo
+    /// messages and exits with code 1.
     ///
-    /// Returns the files that were written.
+    /// Returns the written files.
     pub fn run(self) -> Vec<PathBuf> {
         let watch = |path: &Path| println!("cargo::rerun-if-changed={}", path.display());
         self.inputs.iter().chain(&self.scene).for_each(|path| watch(path));
@@ -160,12 +161,12 @@ impl Build {
         }
     }
 
-    /// Writes the kernels, prints nothing. Returns the files that were written, and warnings.
+    /// Writes the kernels without printing. Returns the written files and the warnings.
     pub fn try_run(self) -> Result<(Vec<PathBuf>, Vec<Diagnostics>), BuildError> {
         self.write().map(|(files, warnings, _)| (files, warnings))
     }
 
-    /// The same, with what a scene was made of.
+    /// Writes the kernels; also returns the force files and folders of a scene.
     fn write(self) -> Result<Written, BuildError> {
         let out = match &self.out {
             Some(folder) => folder.clone(),
@@ -220,7 +221,7 @@ impl Build {
         Ok(Kernels { units, warnings, request: self.request.clone(), sources: Vec::new() })
     }
 
-    /// The kernels of a scene, and what of it is printed; what was said here goes before what the scene says.
+    /// Compiles a scene; `target` and `real` of this build override those of the scene.
     #[cfg(feature = "scenes")]
     fn compile_scene(&self, path: &Path) -> Result<Kernels, BuildError> {
         let Request { targets, precisions, .. } = &self.request;
@@ -244,27 +245,27 @@ impl Build {
         Ok(Kernels { units: scene.units, warnings, request, sources: scene.sources })
     }
 
-    /// Without the feature there is no way to name a scene.
+    /// Unreachable: without the feature `scenes`, no method sets a scene.
     #[cfg(not(feature = "scenes"))]
     fn compile_scene(&self, _: &Path) -> Result<Kernels, BuildError> {
         self.compile()
     }
 }
 
-/// The files that were written, warnings, and the force files and folders of a scene.
+/// The written files, the warnings, and the force files and folders of a scene.
 type Written = (Vec<PathBuf>, Vec<Diagnostics>, Vec<PathBuf>);
 
 /// Compiled force files.
 struct Kernels {
     units: Vec<Unit>,
     warnings: Vec<Diagnostics>,
-    /// What is printed of them.
+    /// The request that determines the printed files.
     request: Request,
-    /// The force files and folders that a scene names.
+    /// The force files and folders of a scene.
     sources: Vec<PathBuf>,
 }
 
-/// Each message on a line, as cargo wants it.
+/// Each message on one line, as cargo requires.
 fn lines(diagnostics: &Diagnostics) -> Vec<String> {
     let source = &diagnostics.source;
     let line = |diagnostic: &crate::source::diagnostic::Diagnostic| {

@@ -1,7 +1,7 @@
-//! Files in and out: finding force files, compiling them together, writing results whole or not at all.
+//! Input and output files: finds force files, compiles them together, writes the results atomically.
 //!
-//! In: paths of force files and of folders. Out: compiled files and the texts a target makes of them; or every error as
-//! text, ready to be shown.
+//! In: paths of force files and folders. Out: compiled files, and the files that targets generate; or all
+//! errors as text.
 
 use crate::compile::{self, Compiled, Request};
 use crate::emit;
@@ -18,22 +18,22 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Why a build failed: every message, in order.
+/// The reason for a failed build: all messages, in order.
 #[derive(Clone, Debug, Default)]
 pub struct BuildError {
-    /// Errors in force files, and in scenes.
+    /// Errors in force files and scenes.
     pub diagnostics: Vec<Diagnostics>,
-    /// What else is wrong, files that cannot be read or written for example.
+    /// Other errors, such as files that cannot be read or written.
     pub others: Vec<String>,
 }
 
 impl BuildError {
-    /// Whether nothing is wrong.
+    /// Whether there are no errors.
     pub(crate) fn is_empty(&self) -> bool {
         self.diagnostics.is_empty() && self.others.is_empty()
     }
 
-    /// All of it as text.
+    /// All errors as text.
     pub(crate) fn render(&self, colour: bool) -> String {
         let diagnostics = self.diagnostics.iter().map(|diagnostics| diagnostics.render(colour));
         diagnostics.chain(self.others.iter().cloned()).collect::<Vec<String>>().join("\n\n")
@@ -62,15 +62,15 @@ impl std::error::Error for BuildError {}
 
 /// One compiled force file.
 pub(crate) struct Unit {
-    /// Where it was read.
+    /// The path of the force file.
     pub(crate) path: PathBuf,
     /// Its kernels.
     pub(crate) compiled: Compiled,
 }
 
 impl Unit {
-    /// The files that a target prints, under its name without folder and ending: one for each layout and number of lanes.
-    /// What does not fit one of the precisions is an error.
+    /// The files that a target prints, named after the force file: one for each layout and number of lanes. A
+    /// number that a precision cannot represent is an error.
     pub(crate) fn files(&self, precisions: &[Precision]) -> Result<Vec<File>, Diagnostics> {
         let stem = self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let (mut kernels, mut errors) = (Vec::new(), Vec::new());
@@ -87,7 +87,7 @@ impl Unit {
     }
 }
 
-/// Kernels in the files they go to: those of one layout and so many lanes together.
+/// Groups kernels into files: one file for each layout and number of lanes.
 pub(crate) fn by_layout(
     stem: &str,
     docs: &[String],
@@ -107,15 +107,15 @@ pub(crate) fn by_layout(
     groups.into_values().map(file).collect()
 }
 
-/// What was read: the force files among the paths, and why others could not be.
+/// The force files among some paths.
 pub(crate) struct Found {
     /// Force files, in order.
     pub(crate) sources: Vec<(PathBuf, Source)>,
-    /// Errors.
+    /// One error for each file that could not be read.
     pub(crate) errors: Vec<String>,
 }
 
-/// The force files among these paths; a folder is searched, each file is read once.
+/// Finds and reads the force files at these paths: folders are searched, each file is read once.
 pub(crate) fn read_all(named: &[PathBuf]) -> Found {
     let mut paths = Vec::new();
     let mut errors: Vec<String> = Vec::new();
@@ -163,7 +163,7 @@ pub(crate) fn compile_all(
     (units, errors)
 }
 
-/// A message for every body or parameter that is said to be known and that no force function has.
+/// An error for every specialised body or parameter that no force function has.
 pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
     let errors = compile::unknown(units.iter().flat_map(|unit| &unit.compiled.functions), known);
     let line = |error: Diagnostic| {
@@ -173,7 +173,8 @@ pub(crate) fn unknown(units: &[Unit], known: &Specialization) -> Vec<String> {
     errors.into_iter().map(line).collect()
 }
 
-/// The files that targets make of compiled ones, in the order of their paths. None of them is a force file, or the scene.
+/// The files that the targets generate, sorted by path; fails if one would overwrite a force file or the
+/// scene.
 pub(crate) fn outputs(
     units: &[Unit],
     folder: &Path,
@@ -182,7 +183,7 @@ pub(crate) fn outputs(
     scene: Option<&Path>,
 ) -> Result<Vec<Output>, String> {
     let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
-    // Where names are one file whatever the case of their letters, these would be.
+    // On file systems that ignore case, names with the same lower-case form are the same file.
     let mut spelled: BTreeMap<String, String> = BTreeMap::new();
     for unit in units {
         let printed = unit.files(precisions).map_err(|errors| errors.to_string())?;
@@ -207,8 +208,8 @@ pub(crate) fn outputs(
     Ok(outputs)
 }
 
-/// Headers of the C standard library, of its implementations and of POSIX, without their ending: a folder that is given with
-/// `-I` comes before theirs.
+/// Headers of the C standard library, its implementations and POSIX, without extension: folders given with
+/// `-I` are searched before the system's.
 const HEADERS: &str = "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg \
     stdatomic stdbit stdbool stdckdint stddef stdint stdio stdlib stdmchar stdnoreturn string tgmath threads time uchar wchar \
     wctype \
@@ -219,7 +220,7 @@ const HEADERS: &str = "assert complex ctype errno fenv float inttypes iso646 lim
     nl_types poll pthread pwd regex sched search semaphore spawn strings stropts syslog tar termios trace ulimit unistd utime \
     utmpx wordexp direct io process windows";
 
-/// Whether C can include a header of this name, and means no other by it.
+/// Fails if C cannot include a header of this name, or if the header would hide a system header.
 fn includable(unit: &Unit, stem: &str) -> Result<(), String> {
     let why = if HEADERS.split_ascii_whitespace().any(|name| stem.eq_ignore_ascii_case(name)) {
         format!("`{stem}.h` would hide the header <{stem}.h> of the C library")
@@ -231,7 +232,7 @@ fn includable(unit: &Unit, stem: &str) -> Result<(), String> {
     Err(format!("error: {why}\n --> {}\n  = help: rename the force file", shown(&unit.path)))
 }
 
-/// The message about a file that would be written twice.
+/// The error about an output that would be written twice.
 fn collision(unit: &Unit, output: &Path) -> String {
     let help = if unit.path.file_stem().is_some_and(|stem| stem == "forcec") {
         "`forcec.h` holds the body types; rename the force file"
@@ -244,7 +245,7 @@ fn collision(unit: &Unit, output: &Path) -> String {
     )
 }
 
-/// A file as it was named; a folder's Rust files, recursively, in sorted order.
+/// Collects a file given by name, or a folder's Rust files, recursively, in sorted order.
 fn find(path: &Path, named: bool, found: &mut Vec<PathBuf>, errors: &mut Vec<String>) {
     let metadata = match fs::metadata(path) {
         Ok(metadata) => metadata,
@@ -264,7 +265,7 @@ fn find(path: &Path, named: bool, found: &mut Vec<PathBuf>, errors: &mut Vec<Str
     for entry in entries {
         let path = entry.path();
         let hidden = entry.file_name().to_string_lossy().starts_with('.') && path.is_dir();
-        // A link is not followed into a folder, so that a loop of links ends.
+        // Does not follow links to folders, so cyclic links cannot cause an endless search.
         let folder_link = path.is_symlink() && path.is_dir();
         if !hidden && !folder_link && path.exists() {
             find(&path, false, found, errors);
@@ -289,7 +290,7 @@ fn read(path: &Path) -> Result<String, String> {
     })
 }
 
-/// Kernels of different files that define the same names.
+/// Errors for kernels of different files that define the same names.
 pub(crate) fn duplicates(units: &[Unit]) -> Vec<String> {
     let mut errors = Vec::new();
     let mut defined: BTreeMap<(Target, String), (usize, &str)> = BTreeMap::new();
@@ -326,15 +327,16 @@ pub(crate) fn duplicates(units: &[Unit]) -> Vec<String> {
     errors
 }
 
-/// A file to be written.
+/// A file to write.
 pub(crate) struct Output {
-    /// Where.
+    /// The path.
     pub(crate) path: PathBuf,
-    /// What.
+    /// The contents.
     pub(crate) text: String,
 }
 
-/// `mod.rs`, which names the Rust files beside it; an error for each that Rust has no module for.
+/// `mod.rs`, which declares the Rust files in its folder; an error for each file that is not a valid module
+/// name.
 pub(crate) fn modules(folder: &Path, outputs: &[Output]) -> Result<Output, BuildError> {
     let mut text = format!("// {}the files in this folder{}\n", emit::MADE, emit::NO_EDIT);
     let mut errors = Vec::new();
@@ -352,7 +354,7 @@ pub(crate) fn modules(folder: &Path, outputs: &[Output]) -> Result<Output, Build
     if errors.is_empty() { Ok(Output { path: folder.join("mod.rs"), text }) } else { Err(errors.into()) }
 }
 
-/// That no output is one of the inputs, whatever path leads to it.
+/// Fails if an output is one of the inputs, also through links.
 pub(crate) fn spare_inputs<'a>(
     inputs: impl Iterator<Item = &'a Path>,
     outputs: &[Output],
@@ -374,7 +376,7 @@ fn all_fine(errors: Vec<String>) -> Result<(), String> {
     if errors.is_empty() { Ok(()) } else { Err(errors.join("\n\n")) }
 }
 
-/// What a file is by any of its paths: links are followed, hard links are one file.
+/// Identifies a file independently of its path: symbolic and hard links lead to the same identity.
 #[cfg(unix)]
 type Identity = (u64, u64);
 
@@ -384,7 +386,7 @@ fn identity(path: &Path) -> Option<Identity> {
     fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()))
 }
 
-/// What a file is by any of its paths: links are followed, and the system spells the names.
+/// Identifies a file independently of its path: links are resolved, and the system normalises the path.
 #[cfg(not(unix))]
 type Identity = PathBuf;
 
@@ -393,17 +395,17 @@ fn identity(path: &Path) -> Option<Identity> {
     fs::canonicalize(path).ok()
 }
 
-/// An output whose file has to change.
+/// An output whose file must change.
 struct Change<'a> {
     output: &'a Output,
-    /// Where it is written: behind the links, if its path is one.
+    /// The path that is written: the target of the links, if the output's path is a link.
     place: PathBuf,
-    /// What holds for the file that is there.
+    /// The metadata of the existing file.
     old: Option<fs::Metadata>,
 }
 
-/// Writes files so that each is there whole or as it was: first all of them beside their places, then renamed. Replaces no
-/// file that forcec did not make.
+/// Writes files such that each is complete or unchanged: writes all to temporary files in the target folders,
+/// then renames them. Replaces only files that forcec generated.
 pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
     if folder.exists() && !folder.is_dir() {
         return Err(failed(folder, std::io::ErrorKind::NotADirectory.into()));
@@ -412,7 +414,7 @@ pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
     let places = outputs.iter().map(|output| place(&output.path));
     let places = places.collect::<Result<Vec<PathBuf>, String>>()?;
     let folders: BTreeSet<PathBuf> = places.iter().map(|place| folder_of(place)).collect();
-    // Builds into one folder come one after another. Each takes its locks in the same order.
+    // Serialises builds into the same folder; all builds acquire locks in the same order.
     let locks: Vec<(PathBuf, Option<fs::File>)> =
         folders.into_iter().map(|folder| (folder.clone(), lock(&folder))).collect();
     for (folder, _) in locks.iter().filter(|(_, lock)| lock.is_some()) {
@@ -445,7 +447,7 @@ pub(crate) fn write(folder: &Path, outputs: &[Output]) -> Result<(), String> {
     })();
     if written.is_err() {
         for (temporary, _) in &waiting {
-            // What was not renamed is removed as far as possible; the error that is reported is the first one.
+            // Removes remaining temporary files if possible; the first error is reported.
             let _ = fs::remove_file(temporary);
         }
     }
@@ -456,17 +458,17 @@ fn failed(path: &Path, error: std::io::Error) -> String {
     format!("error: cannot write `{}`: {error}", shown(path))
 }
 
-/// The most links that a path is followed through.
+/// The largest number of links to follow.
 const MOST_LINKS: usize = 40;
 
-/// Where a file is written: behind the links, if its path is one. What they lead to need not be there.
+/// The path that is written, after following links; the target need not exist.
 fn place(path: &Path) -> Result<PathBuf, String> {
     let mut place = path.to_owned();
     for _ in 0..MOST_LINKS {
         match fs::read_link(&place) {
             Ok(target) => place = folder_of(&place).join(target),
             Err(_) => {
-                // Folders on the way are spelled in one way.
+                // Canonical paths for folders.
                 let folder = fs::canonicalize(folder_of(&place)).map_err(|error| failed(path, error))?;
                 return Ok(folder.join(place.file_name().unwrap_or_default()));
             }
@@ -481,16 +483,16 @@ fn folder_of(path: &Path) -> PathBuf {
     folder.unwrap_or(Path::new(".")).to_owned()
 }
 
-/// Keeps other builds out of a folder while it lives; nothing where the system does not lock folders.
+/// Locks a folder against other builds until the file is dropped; `None` if the system cannot lock folders.
 fn lock(folder: &Path) -> Option<fs::File> {
     let file = fs::File::open(folder).ok()?;
     file.lock().ok().map(|()| file)
 }
 
-/// What the name of a temporary file ends with, before the process and a number.
+/// Precedes the process id and a number in the name of a temporary file.
 const TEMPORARY: &str = ".forcec-";
 
-/// A name that no other build and no other thread takes.
+/// A name that no other build or thread uses.
 fn temporary(place: &Path) -> PathBuf {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
     let name = place.file_name().unwrap_or_default().to_string_lossy();
@@ -498,7 +500,7 @@ fn temporary(place: &Path) -> PathBuf {
     place.with_file_name(format!(".{name}{TEMPORARY}{}-{number}", std::process::id()))
 }
 
-/// Removes what builds that were killed have left in a folder that is locked: none is at work there.
+/// Removes temporary files of killed builds from a locked folder, in which no other build is writing.
 fn sweep(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
@@ -506,13 +508,13 @@ fn sweep(folder: &Path) {
         let numbers = numbers.and_then(|(_, numbers)| numbers.split_once('-'));
         let digits = |text: &str| !text.is_empty() && text.bytes().all(|digit| digit.is_ascii_digit());
         if numbers.is_some_and(|(process, number)| digits(process) && digits(number)) {
-            // One that cannot be removed is in nobody's way.
+            // A file that cannot be removed does no harm.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// What has to change for an output; nothing if its file has this text. An error if what is there is not ours.
+/// The change for an output; `None` if the file has this text, an error if forcec did not generate the file.
 fn change(output: &Output, place: PathBuf) -> Result<Option<Change<'_>>, String> {
     let path = &output.path;
     let old = match fs::metadata(&place) {
@@ -541,7 +543,7 @@ fn change(output: &Output, place: PathBuf) -> Result<Option<Change<'_>>, String>
     if ours { Ok(Some(Change { output, place, old: Some(old) })) } else { foreign("was not made by forcec") }
 }
 
-/// Whether a text is a list of modules all of which are ours, as build scripts wrote it without a head line.
+/// Whether a text only declares generated modules: early build scripts wrote `mod.rs` without a head line.
 fn names_kernels(text: &str, path: &Path) -> bool {
     text.lines().all(|line| {
         let stem = line.strip_prefix("pub mod ").and_then(|line| line.strip_suffix(';'));
@@ -550,7 +552,7 @@ fn names_kernels(text: &str, path: &Path) -> bool {
     })
 }
 
-/// Writes a file beside its place, with the permissions of the one that it replaces.
+/// Writes a temporary file, with the permissions of the file that it replaces.
 fn fill(temporary: &Path, change: &Change<'_>) -> std::io::Result<()> {
     let mut options = fs::OpenOptions::new();
     options.write(true).create_new(true);
@@ -565,7 +567,7 @@ fn fill(temporary: &Path, change: &Change<'_>) -> std::io::Result<()> {
         #[cfg(unix)]
         {
             use std::os::unix::fs::MetadataExt;
-            // Only a privileged build can give a file back to its owner.
+            // Only a privileged build can restore the owner.
             let _ = std::os::unix::fs::fchown(&file, Some(old.uid()), Some(old.gid()));
         }
         file.set_permissions(old.permissions())?;

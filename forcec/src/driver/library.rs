@@ -1,7 +1,7 @@
-//! The compiler as a function: a text in, the texts of its kernels out.
+//! The compiler as a function from source text to kernel text.
 //!
-//! In: the text of a force file and what is wanted of it. Out: a text for each kernel, made for snapshots, or every
-//! message. A small change in the source makes a small change in the text.
+//! In: the text of a force file, and options. Out: one text per kernel, suitable for snapshots, or all
+//! errors. A small change of the source causes a small change of the text.
 
 use crate::kernel::{Precision, Target};
 use crate::math::exact::Exact;
@@ -10,37 +10,37 @@ use crate::source::span::Source;
 use crate::{Effort, Layout, Mode, Part, Plan, Request, Specialization};
 use std::fmt;
 
-/// What is wanted of a force file.
+/// The options of [`compile`].
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// What messages call the text.
+    /// The file name in messages.
     pub name: String,
-    /// The language of the kernels.
+    /// The target language.
     pub target: Target,
-    /// Their precision.
+    /// The precision.
     pub real: Precision,
-    /// How long to look for fewer operations.
+    /// The optimization effort.
     pub effort: Effort,
-    /// What kernels may do to rounding.
+    /// The floating-point mode.
     pub mode: Mode,
-    /// Whether products that are added are fused multiplications and additions.
+    /// Whether kernels use fused multiply-add.
     pub fma: bool,
-    /// What kernels compute.
+    /// The outputs of the kernels.
     pub outputs: Vec<Part>,
-    /// Where results stand.
+    /// The output layout.
     pub layout: Layout,
-    /// How many instances a kernel computes at once: 1, 4 or 8.
+    /// The number of instances that a kernel computes at once: 1, 4 or 8.
     pub lanes: usize,
-    /// Whether what depends on parameters alone is computed once, by a function of its own.
+    /// Whether a separate function computes values of the parameters alone once.
     pub prepare: bool,
     /// Bodies that never move.
     pub fixed: Vec<String>,
-    /// Parameters whose value is known, entry by entry; one number stands for every entry.
+    /// Values of parameters at compile time, entry by entry; a single number applies to all entries.
     pub set: Vec<(String, Vec<f64>)>,
 }
 
 impl Options {
-    /// As the options of the table state it.
+    /// Converts to a request; fails for values that are not finite.
     fn request(&self) -> Result<Request, Diagnostic> {
         let mut known = Specialization { fixed: self.fixed.clone(), set: Vec::new() };
         for (name, value) in &self.set {
@@ -85,7 +85,7 @@ impl Default for Options {
     }
 }
 
-/// The kernels of a force file as text, and what deserves a look.
+/// The kernels of a force file as text, and the warnings.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     /// Name and text of each kernel, in source order.
@@ -95,7 +95,7 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// The text of the kernel of this name: the function with its comment in C, the module in Rust.
+    /// The text of the kernel with this name: in C the function with its comment, in Rust the module.
     ///
     /// Panics if no force function has the name.
     pub fn kernel(&self, name: &str) -> &str {
@@ -119,7 +119,7 @@ impl fmt::Display for Compiled {
     }
 }
 
-/// Compiles the text of a force file, and returns the text of each kernel; or every error in it.
+/// Compiles the text of a force file; returns the text of each kernel, or all errors.
 ///
 /// ```
 /// let text = "#[energy] fn lift(p: Particle, weight: Real) -> Real { weight * p.position.z }";

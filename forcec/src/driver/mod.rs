@@ -1,4 +1,4 @@
-//! Files in, files out: the build-script library, compilation of a text, scenes, and what is written to disk.
+//! Entry points that read and write files: build scripts, compilation of a text, scenes, and output files.
 
 pub mod build;
 pub(crate) mod files;

@@ -1,9 +1,9 @@
-//! Where results stand in a kernel's output: layouts, as a table.
+//! Layouts: how a kernel stores its outputs, as a table.
 //!
-//! A layout is a row: its name, what it computes in place of what is asked for, and how an entry of a result maps to a
-//! place. What is computed is decided before optimising, so that the optimiser knows nothing of layouts; where it
-//! stands is decided after it, on the program that was optimised: results become pieces, which are scheduled and
-//! printed as results are.
+//! A row describes a layout: its name, the outputs that it computes in place of the requested ones, and how
+//! an entry of an output maps to a stored entry. The outputs are chosen before optimising, so the optimiser
+//! does not depend on layouts. The storage is decided after optimising: stored outputs replace the outputs of
+//! the optimised program, and are scheduled and printed like outputs.
 
 use crate::math::exact::Exact;
 use crate::model::outputs::{Array, Axis, Output, Part, Piece};
@@ -12,60 +12,60 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// How many instances a kernel may compute at once.
+/// Numbers of instances that a kernel can compute at once.
 pub const LANES: [usize; 3] = [1, 4, 8];
 
-/// Where the results of a kernel stand.
+/// How a kernel stores its outputs.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub enum Layout {
-    /// A full array a result.
+    /// A full array per output.
     #[default]
     Dense,
-    /// Each distinct entry once, and a table.
+    /// Each distinct entry once, with an index table.
     Packed,
-    /// What an implicit integrator consumes.
+    /// The matrix and the impulse of an implicit integrator.
     System,
-    /// What a matrix-free solver consumes.
+    /// The matrix-vector products of a matrix-free solver.
     Product,
-    /// An array a body, or a pair of them.
+    /// An array per body, or per pair of bodies.
     Blocks,
-    /// Of a symmetric matrix its upper triangle.
+    /// The upper triangle of a symmetric matrix.
     Symmetric,
-    /// Added to the caller's blocks.
+    /// As `Blocks`, added to the caller's values.
     Accumulate,
 }
 
-/// How an entry of a result maps to a place.
+/// How an entry of an output maps to a stored entry.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Place {
-    /// Its row and column of the array of the result.
+    /// To its row and column in the array of the output.
     Itself,
-    /// That of the first entry that is the same up to sign, in one list.
+    /// To the first entry that is equal up to sign, in one list.
     Shared,
-    /// Its row and column of the array of its bodies.
+    /// To its row and column in the array of its bodies.
     Bodies,
-    /// Of a symmetric matrix that of the entry on the same or the other side of the diagonal, in a list.
+    /// For a symmetric matrix, to an entry of the upper triangle, in a list.
     Triangle,
 }
 
-/// What is known of a layout.
+/// A row of the table of layouts.
 #[derive(Debug)]
 pub struct LayoutRow {
-    /// Which it is.
+    /// The layout.
     pub layout: Layout,
-    /// Its name on the command line, and behind the name of a kernel.
+    /// The name on the command line and in the suffix of a kernel's name.
     pub name: &'static str,
-    /// What it computes, if that is not what is asked for.
+    /// The outputs that replace the requested ones, if any.
     pub computes: Option<&'static [Part]>,
-    /// How an entry maps to a place.
+    /// How an entry maps to a stored entry.
     pub place: Place,
-    /// Whether results are added to what the caller has there.
+    /// Whether outputs are added to the caller's values.
     pub adds: bool,
-    /// What it is, in one line.
+    /// A description in one line.
     pub summary: &'static str,
 }
 
-/// Every layout.
+/// All layouts.
 pub static LAYOUTS: [LayoutRow; 7] = [
     LayoutRow {
         layout: Layout::Dense,
@@ -126,29 +126,29 @@ pub static LAYOUTS: [LayoutRow; 7] = [
 ];
 
 impl Layout {
-    /// Its row.
+    /// The row of the layout.
     pub fn row(self) -> &'static LayoutRow {
         &LAYOUTS[self as usize]
     }
 
-    /// The layout of this name.
+    /// The layout with this name.
     pub fn named(name: &str) -> Option<Layout> {
         LAYOUTS.iter().find(|row| row.name == name).map(|row| row.layout)
     }
 
-    /// Their names, as a sentence lists them.
+    /// Names of all layouts, separated by commas.
     pub fn names() -> String {
         let names: Vec<String> = LAYOUTS.iter().map(|row| format!("`{}`", row.name)).collect();
         names.join(", ")
     }
 
-    /// What stands behind the name of a kernel or file of so many lanes: `_packed_x4`.
+    /// The suffix of the name of a kernel or file with this number of lanes: `_packed_x4`.
     pub fn suffix(self, lanes: usize) -> String {
         let layout = if self == Layout::Dense { String::new() } else { format!("_{}", self.row().name) };
         if lanes > 1 { format!("{layout}_x{lanes}") } else { layout }
     }
 
-    /// What stands behind a kernel's name in the names of the tables that its header has in C.
+    /// The suffixes of a kernel's name in the names of the tables in its C header.
     pub(crate) fn tables(self) -> Vec<String> {
         let table = match self.row().place {
             Place::Shared => "_f64",
@@ -159,8 +159,8 @@ impl Layout {
         parts.map(|part| format!("_{part}{table}")).collect()
     }
 
-    /// The program whose results stand as this layout has them, with the way back; none if that is the program itself.
-    /// Some results are known to be symmetric.
+    /// The program with the stored outputs of this layout, and the map back; `None` if the layout changes
+    /// nothing. `symmetric` lists the outputs that are known to be symmetric.
     pub fn lay(self, program: &Program, symmetric: &[Part]) -> Option<(Program, Packing)> {
         match self.row().place {
             Place::Itself => None,
@@ -171,15 +171,15 @@ impl Layout {
     }
 }
 
-/// Where the entries of results stand in what is stored.
+/// The map from entries of outputs to stored entries.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Packing {
-    /// For each result, row by row: 0 where an entry is zero and not stored, else its number among all that is stored,
-    /// counted from one, negative where the sign is turned.
+    /// For each output, row by row: 0 for an entry that is zero and not stored, otherwise the number of the
+    /// stored entry, counted from 1, and negative if the sign differs.
     pub tables: Vec<Array<i32>>,
-    /// How many entries of the results are not zero.
+    /// Number of entries of outputs that are not zero.
     pub nonzero: usize,
-    /// What a reader is told of it, a line each.
+    /// The remarks in the comment of the kernel, one per line.
     pub remarks: Vec<String>,
 }
 
@@ -189,12 +189,12 @@ impl Packing {
         Packing { tables, nonzero, remarks }
     }
 
-    /// The place of every entry, result by result and row by row.
+    /// Number of the stored entry of each entry, output by output, row by row.
     pub fn places(&self) -> impl Iterator<Item = i32> + '_ {
         self.tables.iter().flat_map(|table| &table.entries).copied()
     }
 
-    /// The results, from what is stored.
+    /// The outputs, from the stored entries.
     pub fn unpack<N: Clone + std::ops::Neg<Output = N>>(&self, stored: &[N], zero: &N) -> Vec<N> {
         let entry = |place: i32| match place {
             0 => zero.clone(),
@@ -205,7 +205,7 @@ impl Packing {
     }
 }
 
-/// One list of the entries that differ in more than their sign, and where each goes.
+/// Stores entries that are distinct up to sign in one list.
 fn pack(program: &Program) -> (Program, Packing) {
     let mut packed = program.clone();
     let graph = &mut packed.graph;
@@ -213,7 +213,7 @@ fn pack(program: &Program) -> (Program, Packing) {
     let mut numbers: FxHashMap<Id, i32> = FxHashMap::default();
     let mut tables = Vec::new();
     if program.outputs().all(|id| graph.is_zero(id)) {
-        // C has no list without entries.
+        // C has no arrays of length 0.
         list.push(graph.zero());
     }
     for array in &program.arrays {
@@ -226,7 +226,7 @@ fn pack(program: &Program) -> (Program, Packing) {
             let (unsigned, negative) = unsigned(graph, *id);
             let number = *numbers.entry(unsigned).or_insert_with(|| {
                 list.push(unsigned);
-                // It is called what it would be called where it stands first.
+                // The entry is named after its first occurrence.
                 graph.set_name(unsigned, &name(output, program));
                 list.len() as i32
             });
@@ -239,16 +239,16 @@ fn pack(program: &Program) -> (Program, Packing) {
     (packed, Packing::new(program, tables, Vec::new()))
 }
 
-/// The pieces that results are stored in, as they are made.
+/// The stored outputs of a layout, while they are being built.
 struct Pieces {
     laid: Program,
     tables: Vec<Array<i32>>,
-    /// How many entries the pieces have.
+    /// Number of stored entries.
     length: i32,
 }
 
 impl Pieces {
-    /// No pieces yet; no result has a place.
+    /// No stored outputs yet; all entries are unmapped.
     fn new(program: &Program) -> Pieces {
         let table = |array: &Array<Id>| Array {
             part: array.part,
@@ -259,7 +259,7 @@ impl Pieces {
         Pieces { laid: Program { arrays: Vec::new(), ..program.clone() }, tables, length: 0 }
     }
 
-    /// Stores entries of a result, each with where it stands there, as this part.
+    /// Stores entries of an output as `part`; each entry comes with its index in the output.
     fn store(&mut self, part: Part, columns: usize, result: usize, entries: Vec<(usize, Id)>) {
         for (at, _) in &entries {
             self.length += 1;
@@ -269,7 +269,7 @@ impl Pieces {
         self.laid.arrays.push(Array { part, columns, entries });
     }
 
-    /// The part that the next piece is.
+    /// Adds a stored output to the signature.
     fn next(&mut self, piece: Piece, list: bool) -> Part {
         self.laid.signature.pieces.push(piece);
         let place = self.laid.signature.pieces.len() as u16 - 1;
@@ -277,7 +277,7 @@ impl Pieces {
     }
 }
 
-/// The bodies that move with the coordinates each has.
+/// Moving bodies, each with the range of its coordinates.
 fn spans(program: &Program) -> Vec<(String, Range<usize>)> {
     let mut start = 0;
     let span = |(_, body): (usize, &crate::model::bodies::Body)| {
@@ -287,8 +287,8 @@ fn spans(program: &Program) -> Vec<(String, Range<usize>)> {
     program.signature.moving().map(span).collect()
 }
 
-/// An array a body, or a pair of bodies, of what counts coordinates. One that is all zero is not stored, unless none were
-/// left; where results are added, no zero has a place.
+/// Stores an array per body, or per pair of bodies, where rows or columns are coordinates. Arrays of zeros
+/// are not stored, unless all are zero; if outputs are added to the caller's, zeros are not mapped.
 fn blocks(program: &Program, adds: bool, symmetric: &[Part]) -> (Program, Packing) {
     let zero = |id: &Id| program.graph.is_zero(*id);
     let empty = program.outputs().all(|id| zero(&id));
@@ -337,7 +337,7 @@ fn blocks(program: &Program, adds: bool, symmetric: &[Part]) -> (Program, Packin
                 pieces.store(part, columns.len(), result, entries);
             }
         }
-        // By the law of the force, whatever values show.
+        // Implied by the law of the force, even if entries differ.
         let mirrored = called
             .iter()
             .filter(|_| symmetric.contains(&part))
@@ -365,7 +365,7 @@ impl Matrix {
         Matrix { columns, entries: places.map(|(i, j)| self.entries[i * self.columns + j]).collect() }
     }
 
-    /// Whether this is another, or its negative.
+    /// Whether this is the other matrix, or its negative.
     fn is(&self, other: &Matrix, graph: &Graph, negative: bool) -> bool {
         let term = |id: &Id| {
             let (coefficient, rest) = graph.split(*id);
@@ -381,7 +381,7 @@ impl Matrix {
     }
 }
 
-/// What blocks have to do with blocks before them: `dfdx_a_b = −dfdx_a_a`.
+/// Relations of blocks to earlier blocks: `dfdx_a_b = −dfdx_a_a`.
 fn relations(graph: &Graph, blocks: &[(String, Matrix)], mirrored: &[(String, String)]) -> Vec<String> {
     let mut known = Vec::new();
     for (place, (name, block)) in blocks.iter().enumerate() {
@@ -412,7 +412,7 @@ fn relations(graph: &Graph, blocks: &[(String, Matrix)], mirrored: &[(String, St
     listed("", &known)
 }
 
-/// Items after each other on lines that are short enough to read.
+/// Items separated by commas, in lines of limited width.
 fn listed(head: &str, items: &[String]) -> Vec<String> {
     const WIDTH: usize = 90;
     let mut lines: Vec<String> = Vec::new();
@@ -434,8 +434,8 @@ fn listed(head: &str, items: &[String]) -> Vec<String> {
     lines
 }
 
-/// Of a matrix that is known to be symmetric, or whose entries across the diagonal are the same value, what stands on the
-/// diagonal and above.
+/// Stores the upper triangle of a matrix that is known to be symmetric, or whose opposite entries are the
+/// same node; stores other outputs in full.
 fn triangles(program: &Program, symmetric: &[Part]) -> (Program, Packing) {
     let mut pieces = Pieces::new(program);
     let mut remarks = Vec::new();
@@ -471,7 +471,7 @@ fn name(output: Output, program: &Program) -> String {
     output.named(&program.signature).replace(['.', '['], "_").replace(']', "")
 }
 
-/// A node, or its negative if it is one, and whether it is.
+/// The node without its sign, and whether the sign is negative.
 fn unsigned(graph: &mut Graph, id: Id) -> (Id, bool) {
     let (coefficient, rest) = graph.split(id);
     let number = graph.value(rest).map_or_else(|| coefficient.clone(), |value| &coefficient * value);

@@ -1,36 +1,36 @@
-//! How a function behaves near the places where it is singular.
+//! Behaviour of a function near its singular places.
 //!
-//! In: a model, and a place that the ranges of its graph could not rule out. Out: how far from it the function is where it
-//! is satisfied, and how force, stiffness and damping grow on the way to it.
+//! In: a model, and a singular place that range analysis could not exclude. Out: the distance to the place
+//! where the constraint is satisfied, and the growth of force, stiffness and damping near the place.
 
 use crate::lint::model::{Model, median};
 use crate::vector::definition::Singular;
 use crate::verify::source::Source;
 use nalgebra::DVector;
 
-/// Powers p with which the sizes grow as 1/dᵖ on the way to a place, d the distance of what decides from what it is there.
+/// Powers p of the growth 1/dᵖ near a singular place, d the distance of the operand from its singular value.
 #[derive(Clone, Copy, Debug)]
 pub struct Growth {
-    /// Of F without damping.
+    /// The power of F without damping.
     pub force: f64,
-    /// Of ∂F/∂X without damping.
+    /// The power of ∂F/∂X without damping.
     pub stiffness: f64,
-    /// Of ∂F/∂V; below zero where damping vanishes.
+    /// The power of ∂F/∂V; negative if damping vanishes.
     pub damping: Option<f64>,
-    /// Of what damping adds to ∂F/∂X.
+    /// The power of the damping's contribution to ∂F/∂X.
     pub damped_stiffness: Option<f64>,
 }
 
-/// What was seen of a place.
+/// Measurements at a singular place.
 #[derive(Clone, Debug)]
 pub struct Approach {
-    /// What decides, its distance from the place at states where the constraint is satisfied within [`crate::lint::GAP`].
+    /// The operand's distance from its singular value within [`crate::lint::GAP`] of a satisfied constraint.
     pub satisfied: Option<f64>,
-    /// How sizes grow; none where no motion of the bodies leads there, or nothing acts.
+    /// The growth; `None` if no motion leads to the place, or nothing acts there.
     pub growth: Option<Growth>,
 }
 
-/// Distances that are compared.
+/// The distances between which growth is measured.
 const NEAR: [f64; 2] = [1e-3, 1e-5];
 const STARTS: usize = 5;
 const ITERATIONS: usize = 80;
@@ -59,13 +59,13 @@ pub(super) fn approach(model: &Model, place: &Singular, drawn: &[Vec<f64>], near
         let Some(close) = operand.reach(&far, NEAR[1]) else { continue };
         let ratio = operand.distance(&far).0 / operand.distance(&close).0;
         let (far, close) = (sizes(&far), sizes(&close));
-        // A row that does not push there says nothing.
+        // A row that does not push has no size to compare.
         if far.iter().chain(&close).all(|size| *size == 0.0) {
             continue;
         }
         for ((powers, far), close) in powers.iter_mut().zip(far).zip(close) {
             let power = (close / far).ln() / ratio.ln();
-            // What is zero at both does not grow.
+            // A size that is zero at both distances does not grow.
             powers.extend(Some(if far == 0.0 && close == 0.0 { 0.0 } else { power }).filter(|p| !p.is_nan()));
         }
     }
@@ -87,7 +87,7 @@ struct Operand<'m, 'a> {
 }
 
 impl Operand<'_, '_> {
-    /// How far the operand is from the nearest end, and on which side of it.
+    /// The distance of the operand from the nearest singular value, and the side.
     fn distance(&self, state: &[f64]) -> (f64, f64) {
         let values = self.source.evaluate(state);
         let value = *self.source.get(&values, self.place.operand.index()).real();
@@ -96,7 +96,7 @@ impl Operand<'_, '_> {
         (nearest.abs(), nearest.signum())
     }
 
-    /// A state at about this distance, by Newton's method along the poses; none where they do not lead there.
+    /// A state at about this distance, by Newton's method along the poses; `None` if the method fails.
     fn reach(&self, start: &[f64], target: f64) -> Option<Vec<f64>> {
         let n = self.model.freedoms();
         let mut state = start.to_vec();

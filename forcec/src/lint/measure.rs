@@ -1,21 +1,21 @@
-//! What is measured at single states: how nonlinear a function is, its stiffness and its damping.
+//! Measurements at single states: nonlinearity, stiffness and damping.
 //!
-//! In: a model and states. Out: numbers without a unit, medians over the states.
+//! In: a model and states. Out: dimensionless numbers, medians over the states.
 
 use crate::lint::model::{Model, Response, extremes, median};
 use nalgebra::{DMatrix, DVector};
 
-/// The step over which a function is compared with its first-order expansion, s.
+/// The step of the first-order expansion, s.
 pub const STEP: f64 = 1.0 / 60.0;
-/// An eigenvalue below this part of the largest is not rounding.
+/// Eigenvalues below this fraction of the largest count as rounding errors.
 const NEGATIVE: f64 = 1e-9;
 
-/// How far a function is from its first-order expansion over a step: |C(x ⊕ hV) − C − hJV| / |hJV|; of an energy or a force
-/// with F and ∂F/∂X in place of C and J.
+/// The relative error of the first-order expansion over a step: |C(x ⊕ hV) − C − hJV| / |hJV|; for an energy
+/// or a force with F and ∂F/∂X instead of C and J.
 pub(super) fn nonlinearity(model: &Model, states: &[Vec<f64>]) -> Option<f64> {
     let quotient = |state: &Vec<f64>| {
         let velocity = model.velocity(state);
-        // A force may read velocities, which do not change here.
+        // Velocities are constant here, also for a force that reads them.
         let pick =
             |at: Response| if model.is_constraint() { (at.value, at.jacobian) } else { (at.force, at.dfdx) };
         let delta = velocity * STEP;
@@ -31,11 +31,11 @@ pub(super) fn nonlinearity(model: &Model, states: &[Vec<f64>]) -> Option<f64> {
 /// The stiffness −∂F/∂X at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Stiffness {
-    /// States at which its symmetric part has an eigenvalue below zero, of how many.
+    /// The number of states at which the symmetric part has a negative eigenvalue, and the number of states.
     pub indefinite: (usize, usize),
-    /// The smallest eigenvalue, relative to the largest by size.
+    /// The smallest eigenvalue, relative to the largest absolute value.
     pub smallest: f64,
-    /// What ks JᵀJ leaves of it, relative to it, the median; of a constraint.
+    /// For a constraint, the median of |∂F/∂X + ks JᵀJ| / |∂F/∂X|.
     pub beyond: Option<f64>,
 }
 
@@ -70,20 +70,20 @@ pub(super) fn gauss_newton(model: &Model, at: &Response, gain: f64) -> DMatrix<f
     jacobian.transpose() * jacobian * -gain
 }
 
-/// The damping: what velocities add to the force.
+/// The damping force, the part of the force due to velocities.
 #[derive(Clone, Copy, Debug)]
 pub struct Damping {
-    /// States at which there is any.
+    /// The number of states with damping.
     pub states: usize,
-    /// States at which its power is above zero.
+    /// The number of states at which damping adds energy.
     pub active: usize,
-    /// States at which it has none.
+    /// The number of states at which damping has no power.
     pub idle: usize,
-    /// States at which the symmetric part of ∂F/∂V has an eigenvalue above zero.
+    /// The number of states at which the symmetric part of ∂F/∂V has a positive eigenvalue.
     pub indefinite: usize,
-    /// How far ∂F/∂V is from symmetric, relative to it.
+    /// The relative asymmetry of ∂F/∂V.
     pub asymmetry: f64,
-    /// Directions in which it acts, and degrees of freedom.
+    /// The largest rank of ∂F/∂V, and the degrees of freedom.
     pub rank: (usize, usize),
 }
 

@@ -1,7 +1,7 @@
-//! Advice on formulations: how a force function behaves in a solver, measured.
+//! Advice on formulations: measures the behaviour of a force function in a solver.
 //!
-//! In: a definition. Out: [`Advice`], numbers about it and warnings at places of its source. Promise: the same definition
-//! gives the same advice. What is measured, and at which states, is in `docs/language.md`.
+//! In: a definition. Out: [`Advice`], measurements and warnings at source positions. The same definition
+//! gives the same advice. `docs/language.md` lists the measurements and the states.
 
 mod approach;
 mod measure;
@@ -9,11 +9,11 @@ mod model;
 mod pendulum;
 mod text;
 
-#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
 pub use crate::lint::pendulum::STIFFNESS;
 pub use crate::lint::pendulum::{DAMPING, Steps};
 pub use approach::{Approach, Growth};
-#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
 pub use measure::STEP;
 pub use measure::{Damping, Stiffness};
 pub use text::render;
@@ -24,46 +24,46 @@ use crate::source::span::Span;
 use crate::vector::definition::{Definition, Law};
 use model::Model;
 
-/// States that are drawn.
+/// The number of random states.
 const STATES: usize = 40;
-/// How far from where a constraint is satisfied states are near it: along a random direction, m or rad.
+/// The distance of nearby states from a satisfied constraint, along a random direction, m or rad.
 pub const GAP: f64 = 0.01;
-/// A first-order expansion that is off by more than this part of what changes is no use.
+/// The relative error above which a first-order expansion is reported.
 const NONLINEAR: f64 = 0.5;
-/// A step that is shorter by this factor is a warning.
+/// The factor by which the stable step must shrink for a warning.
 const SHORTER: f64 = 10.0;
-/// What decides is at a singular place if it is no further from it than this where the constraint is satisfied.
+/// At a satisfied constraint, an operand within this distance counts as singular.
 const AT: f64 = 2.0 * GAP;
 
-/// A number at random states, and at states near those at which a constraint is satisfied.
+/// A measurement at random states, and near states at which a constraint is satisfied.
 #[derive(Clone, Copy, Debug)]
 pub struct Both<T> {
     /// At random states.
     pub random: Option<T>,
-    /// Near where the constraint is satisfied; none of what is no constraint.
+    /// Near satisfied states; `None` unless the function is a constraint.
     pub near: Option<T>,
 }
 
-/// What there is to say about a force function.
+/// The measurements and warnings for a force function.
 #[derive(Clone, Debug)]
 pub struct Advice {
-    /// Its name.
+    /// The name of the function.
     pub name: String,
-    /// Where the name stands.
+    /// The position of the name.
     pub span: Span,
-    /// What it states: `constraint`, `energy` or `force`.
+    /// The law: `constraint`, `energy` or `force`.
     pub kind: &'static str,
-    /// How far it is from its first-order expansion over [`STEP`], relative to the change that this predicts.
+    /// The relative error of the first-order expansion over [`STEP`].
     pub nonlinearity: Both<f64>,
-    /// Its stiffness.
+    /// The stiffness.
     pub stiffness: Both<Stiffness>,
-    /// Its damping; none if velocities do not matter.
+    /// The damping; `None` if velocities have no effect.
     pub damping: Option<Damping>,
-    /// Places where it is singular, each with what was seen near it.
+    /// The singular places, each with measurements near the place.
     pub singular: Vec<(Span, Approach)>,
-    /// The largest stable steps of a body that hangs by it; none of a force, and of what holds nothing.
+    /// The largest stable steps of a hanging body; `None` for a force, or if the body is not supported.
     pub steps: Option<Steps>,
-    /// What deserves a look.
+    /// The warnings.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -101,7 +101,7 @@ pub fn advise(definition: &Definition) -> Advice {
     advice
 }
 
-/// States near where a constraint is satisfied.
+/// States near those at which a constraint is satisfied.
 fn near(model: &Model, drawn: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut random = Random::new(2);
     let all = 0..model.freedoms();

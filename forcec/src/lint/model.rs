@@ -1,8 +1,8 @@
-//! A force function that can be asked what it computes.
+//! Evaluates a force function at random and modified states.
 //!
-//! In: a definition. Out: its value, force and derivatives in doubles at any state; states drawn from the domains, moved
-//! along tangent coordinates, and brought to where a constraint is satisfied. All of it is the same on every machine of
-//! one kind: drawn from a fixed seed, without a clock.
+//! In: a definition. Out: its value, force and derivatives in doubles at any state; states drawn from the
+//! domains, moved along tangent coordinates, or projected onto a constraint. A fixed seed makes results
+//! reproducible on the same platform.
 
 use crate::derive::derive;
 use crate::lower::lower;
@@ -18,7 +18,7 @@ use crate::verify::tape::Tape;
 use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
 use std::ops::Range;
 
-/// A definition, ready to be evaluated.
+/// A definition, prepared for evaluation.
 pub(super) struct Model<'a> {
     pub(super) definition: &'a Definition,
     pub(super) layout: Places,
@@ -26,7 +26,7 @@ pub(super) struct Model<'a> {
     parts: Vec<(Part, Range<usize>)>,
 }
 
-/// What a function computes at a state: `value` and `jacobian` are empty for a force.
+/// The outputs at a state; `value` and `jacobian` are empty for a force.
 pub(super) struct Response {
     pub(super) value: DVector<f64>,
     pub(super) jacobian: DMatrix<f64>,
@@ -43,10 +43,10 @@ impl Response {
     }
 }
 
-/// A step of Newton's method is no longer than this.
+/// The longest step of Newton's method.
 const LONGEST: f64 = 0.5;
 const ITERATIONS: usize = 60;
-/// A constraint is satisfied where its rows are no larger.
+/// A constraint is satisfied if its rows are at most this large.
 const SATISFIED: f64 = 1e-6;
 
 impl<'a> Model<'a> {
@@ -56,7 +56,7 @@ impl<'a> Model<'a> {
             wanted.extend([Part::Value, Part::Jacobian]);
         }
         let wanted = Part::in_order(wanted);
-        // Lowered and no more: what is asked for are values, not how fast they come.
+        // Lowers without optimisation, because only values matter here.
         let derived = derive(definition, &wanted, FORMULATIONS[0]);
         let program = lower(derived, false, usize::MAX, None).expect("nothing bounds it");
         let layout = Places::new(&program.signature);
@@ -79,7 +79,7 @@ impl<'a> Model<'a> {
         matches!(self.definition.law, Law::Constraint { unilateral: true, .. })
     }
 
-    /// Degrees of freedom.
+    /// The number of degrees of freedom.
     pub(super) fn freedoms(&self) -> usize {
         self.layout.pose.len()
     }
@@ -101,7 +101,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// States of order one with parameters from their domains, at which all is finite.
+    /// States of order one with finite outputs; parameters are drawn from their domains.
     pub(super) fn draw(&self, count: usize, seed: u64) -> Vec<Vec<f64>> {
         let mut random = Random::new(seed);
         let drawn = (0..4 * count).map(|index| {
@@ -113,7 +113,7 @@ impl<'a> Model<'a> {
         drawn.filter(|state| self.at(state).is_finite()).take(count).collect()
     }
 
-    /// The stiffness and damping of a constraint, the same for each row.
+    /// Sets the stiffness and damping of all rows of a constraint.
     pub(super) fn set_gains(&self, state: &mut [f64], stiffness: f64, damping: f64) {
         if !self.is_constraint() {
             return;
@@ -139,7 +139,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The state at rest.
+    /// The state with zero velocities.
     pub(super) fn rest(&self, state: &[f64]) -> Vec<f64> {
         let mut state = state.to_vec();
         self.set_velocity(&mut state, &DVector::zeros(self.freedoms()));
@@ -163,8 +163,8 @@ impl<'a> Model<'a> {
         state
     }
 
-    /// The state at which a constraint is satisfied, of one whose rows are gaps the row that is nearest to zero: Newton's
-    /// method with the shortest steps, along the coordinates that `free` names; none where that does not end.
+    /// A state that satisfies the constraint, or the row nearest to zero of a unilateral constraint: Newton's
+    /// method with minimal steps along the coordinates `free`; `None` without convergence.
     pub(super) fn satisfied(&self, state: &[f64], free: &Range<usize>) -> Option<Vec<f64>> {
         let mut state = state.to_vec();
         for _ in 0..ITERATIONS {
@@ -183,7 +183,7 @@ impl<'a> Model<'a> {
             let mut delta = DVector::zeros(self.freedoms());
             delta.rows_mut(free.start, free.len()).copy_from(&(step * -shorter));
             let next = self.moved(&state, &delta);
-            // Where the constraint is singular at its end, just before it will do.
+            // If the constraint is singular where it is satisfied, a state close to that suffices.
             if !self.at(&next).is_finite() {
                 return (value.amax() < 0.1).then_some(state);
             }
@@ -192,7 +192,7 @@ impl<'a> Model<'a> {
         None
     }
 
-    /// A direction of length one in the tangent space.
+    /// A unit vector in the tangent space.
     pub(super) fn direction(&self, random: &mut Random, free: &Range<usize>) -> DVector<f64> {
         let mut direction = DVector::zeros(self.freedoms());
         direction.rows_mut(free.start, free.len()).iter_mut().for_each(|x| *x = random.uniform(-1.0, 1.0));
@@ -201,14 +201,14 @@ impl<'a> Model<'a> {
     }
 }
 
-/// The eigenvalues of the symmetric part: smallest, and largest by size.
+/// Of the symmetric part, the smallest eigenvalue and the largest absolute eigenvalue.
 pub(super) fn extremes(matrix: &DMatrix<f64>) -> (f64, f64) {
     let symmetric = (matrix + matrix.transpose()) * 0.5;
     let values = symmetric.symmetric_eigenvalues();
     (values.min(), values.amax())
 }
 
-/// The median; none of nothing.
+/// The median; `None` of an empty list.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()

@@ -1,8 +1,9 @@
-//! The largest stable step on a small scene: the last body hangs, all others are held.
+//! The largest stable step in a small scene: the last body hangs, all others are fixed.
 //!
-//! In: a model. Out: for each way to solve, the largest step at which energy does not grow. The scene: a body of 1 kg, of
-//! moment 0.1 kg m² about any axis, starts at rest near where the constraint is satisfied, and falls at 9.81 m/s². The
-//! integrator is linearly implicit Euler, (M − h ∂F/∂V − h² K) δv = h (F + h K v), with the function's own derivatives.
+//! In: a model. Out: for each solver, the largest step at which energy does not grow. The scene: a body of 1
+//! kg with moment 0.1 kg m² about any axis starts at rest near a satisfied constraint and falls at 9.81 m/s².
+//! The integrator is linearly implicit Euler, (M − h ∂F/∂V − h² K) δv = h (F + h K v), with the function's
+//! derivatives.
 
 use crate::lint::GAP;
 use crate::lint::measure::gauss_newton;
@@ -15,34 +16,34 @@ use std::ops::Range;
 
 /// The stiffness of constraints, N/m or N·m/rad.
 pub const STIFFNESS: f64 = 1e4;
-/// How much of critical damping is tried; an energy has none.
+/// The tested multiples of critical damping; an energy has no damping.
 pub const DAMPING: [(&str, f64); 3] =
     [("undamped", 0.0), ("critical damping", 1.0), ("100 × critical damping", 100.0)];
 
 const MASS: f64 = 1.0;
 const MOMENT: f64 = 0.1;
 const GRAVITY: f64 = 9.81;
-/// The largest step that is tried, s, and by how often it is halved.
+/// The largest tested step, s, and the number of steps that halving tests.
 const LARGEST: f64 = 0.5;
 const HALVINGS: i32 = 11;
-/// The smallest that is tried, s.
+/// The smallest tested step, s.
 pub(super) const SMALLEST: f64 = LARGEST / (1 << (HALVINGS - 1)) as f64;
-/// Steps of halving that must be stable below one that is called so.
+/// The number of smaller steps that must also be stable.
 const BELOW: i32 = 2;
 const BISECTIONS: usize = 3;
-/// How long a run takes, s, and the fewest steps it has.
+/// The duration of a run, s, and its smallest number of steps.
 const TIME: f64 = 1.0;
 const STEPS: usize = 60;
-/// Energy may grow by this part of its scale.
+/// The tolerated growth of energy, relative to its scale.
 const GROWTH: f64 = 0.01;
 const STARTS: usize = 3;
 
-/// The largest stable steps of a function, s, at each damping; none where no step that is tried is stable.
+/// The largest stable steps of a function, s, at each damping; `None` if no tested step is stable.
 #[derive(Clone, Debug)]
 pub struct Steps {
     /// With ∂F/∂X.
     pub full: Vec<Option<f64>>,
-    /// With −ks JᵀJ in its place; of a constraint.
+    /// With −ks JᵀJ instead; for constraints.
     pub gauss_newton: Vec<Option<f64>>,
 }
 
@@ -57,7 +58,7 @@ pub(super) fn largest_steps(model: &Model) -> Option<Steps> {
 
 struct Scene<'m, 'a> {
     model: &'m Model<'a>,
-    /// The coordinates of the body that moves.
+    /// The coordinates of the moving body.
     free: Range<usize>,
     starts: Vec<Vec<f64>>,
     mass: DVector<f64>,
@@ -87,7 +88,7 @@ impl<'m, 'a> Scene<'m, 'a> {
         (!starts.is_empty()).then_some(Scene { model, free, starts, mass })
     }
 
-    /// Halves the step until it is stable, and so are the next halvings; then between it and the last that is not.
+    /// Halves the step until it and the next halvings are stable; then bisects up to the last unstable step.
     fn largest(&self, by_rows: bool, damping: f64) -> Option<f64> {
         let mut runs: Vec<(f64, bool)> = Vec::new();
         for halving in 0..HALVINGS {
@@ -114,7 +115,7 @@ impl<'m, 'a> Scene<'m, 'a> {
         self.starts.iter().all(|start| self.runs(start, by_rows, damping, h))
     }
 
-    /// Critical damping, 2 √(ks / w), w the largest diagonal entry of J M⁻¹ Jᵀ.
+    /// Critical damping, 2 √(ks / w), with w the largest diagonal entry of J M⁻¹ Jᵀ.
     fn critical(&self, start: &[f64]) -> f64 {
         let jacobian = self.model.at(start).jacobian.columns(self.free.start, self.free.len()).into_owned();
         let inverse = DMatrix::from_diagonal(&self.mass.map(f64::recip));
@@ -162,7 +163,7 @@ impl<'m, 'a> Scene<'m, 'a> {
         true
     }
 
-    /// The energy of gravity, and that of motion and elasticity.
+    /// The potential energy of gravity, and the kinetic plus elastic energy.
     fn energy(&self, state: &[f64], at: &Response, velocity: &DVector<f64>) -> (f64, f64) {
         let height = state[self.model.layout.pose[self.free.start].start + 2];
         let kinetic = 0.5 * velocity.component_mul(velocity).dot(&self.mass);

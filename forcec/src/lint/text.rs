@@ -1,12 +1,12 @@
-//! Advice as text: a few lines a function.
+//! Prints advice as a few lines per function.
 //!
-//! In: advice, and the source it is about. Out: text for people.
+//! In: advice and its source. Out: text for people.
 
 use crate::lint::pendulum::SMALLEST;
 use crate::lint::{Advice, Approach, Both, DAMPING, Growth, Stiffness};
 use crate::source::span::Source;
 
-/// A few lines about a function.
+/// The lines for one function.
 pub fn render(advice: &Advice, source: &Source) -> String {
     let (line, _) = source.line_column(advice.span.start);
     let mut text = format!("{} ({}), {}:{line}\n", advice.name, advice.kind, source.name);
@@ -50,7 +50,7 @@ pub fn render(advice: &Advice, source: &Source) -> String {
             format!("{energy}; ∂F/∂V {symmetric}{indefinite}, of rank {rank} of {freedoms}")
         }),
     );
-    // What a loop unrolls stands at one place: the nearest that C = 0 comes to any of them, and how many there are.
+    // Singular places from one unrolled loop share a line: the smallest distance at C = 0, and their number.
     let mut places: Vec<(String, Option<f64>, usize)> = Vec::new();
     for (span, approach) in &advice.singular {
         let (line, column) = source.line_column(span.start);
@@ -88,7 +88,7 @@ pub fn render(advice: &Advice, source: &Source) -> String {
     text
 }
 
-/// Two digits.
+/// A percentage with two digits.
 pub(super) fn percent(part: f64) -> String {
     let percent = 100.0 * part;
     match percent {
@@ -99,7 +99,7 @@ pub(super) fn percent(part: f64) -> String {
     }
 }
 
-/// Two digits.
+/// A time with two digits.
 pub(super) fn seconds(step: Option<f64>) -> String {
     step.map_or(format!("below {SMALLEST:.4} s"), |step| {
         let digits = (1.0 - step.log10().floor()).max(0.0) as usize;
@@ -119,7 +119,7 @@ fn definite(stiffness: Stiffness) -> String {
     }
 }
 
-/// What happens on the way to a singular place, d the distance from it.
+/// The growth near a singular place, with d the distance from the place.
 fn growth(approach: &Approach) -> String {
     let Some(Growth { force, stiffness, damping, damped_stiffness }) = approach.growth else {
         return "no motion was found that leads there while it acts".to_owned();
@@ -139,7 +139,7 @@ fn growth(approach: &Approach) -> String {
     }
 }
 
-/// To half a power; none of what stays bounded.
+/// The power of d, rounded to a multiple of one half; `None` if bounded.
 fn power(p: f64) -> Option<String> {
     let halves = (2.0 * p).round() as i64;
     let written = |halves: i64| match (halves / 2, halves % 2) {
@@ -155,7 +155,7 @@ fn power(p: f64) -> Option<String> {
     }
 }
 
-/// What is true at a singular place, for a warning.
+/// The label of a warning about a singular place.
 pub(super) fn label(approach: &Approach, at_zero: bool) -> String {
     let place = if at_zero { "C = 0 here; " } else { "" };
     format!("{place}{}", growth(approach))

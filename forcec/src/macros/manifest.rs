@@ -1,14 +1,15 @@
-//! What a crate calls the runtime: the name of the dependency, which its manifest may have changed.
+//! Finds the name under which a crate depends on the runtime; manifests can rename dependencies.
 //!
-//! In: the manifest of the crate that is compiled, and that of its workspace. Out: the name, if it is another than usual.
+//! In: the manifests of the crate being compiled and of its workspace. Out: the name, if it is not the
+//! default.
 
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
-/// The package that kernels in a program refer to.
+/// The package of the runtime.
 const RUNTIME: &str = "forcec-runtime";
 
-/// What the crate that is being compiled calls the runtime; nothing if that is `forcec_runtime`.
+/// The name of the runtime in the crate being compiled; `None` if it is `forcec_runtime`.
 pub(crate) fn runtime() -> Option<String> {
     let folder = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR")?);
     let own = read(&folder)?;
@@ -20,7 +21,7 @@ fn read(folder: &Path) -> Option<String> {
     std::fs::read_to_string(folder.join("Cargo.toml")).ok()
 }
 
-/// The name of the runtime by a manifest, and by that of its workspace, which is asked for only if it is needed.
+/// The name of the runtime by a manifest; `workspace` reads the workspace's manifest if necessary.
 fn name(manifest: &str, workspace: impl Fn() -> Option<String>) -> Option<String> {
     let manifest = DeTable::parse(manifest).ok()?;
     let manifest = manifest.get_ref();

@@ -1,9 +1,9 @@
-//! What the macros of `forcec-macros` expand to.
+//! Expansion of the macros of `forcec-macros`.
 //!
-//! In: the tokens of a force function, of a module of them, or the name of a force file. Out: the functions as they
-//! stand, without our attributes; beside them the modules that `forcec build --target rust` writes, and what ties these
-//! to the runtime; or every message, each at its own token. A message does not take the functions away, so that editors
-//! keep completing in them.
+//! In: the tokens of a force function, of a module of force functions, or the name of a force file. Out: the
+//! functions without forcec's attributes, the modules that `forcec build --target rust` writes, and their
+//! runtime traits; or all errors, each at its token. Functions remain in the output after an error, so that
+//! editors still complete names in them.
 
 mod manifest;
 mod places;
@@ -58,7 +58,7 @@ pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStr
     quote!(#own #kernels #pi)
 }
 
-/// `#[domain(…)]` where it stands above the attribute that reads it: it goes below.
+/// `#[domain(…)]` above the attribute that reads it: moves it below that attribute.
 pub fn domain(options: TokenStream, item: TokenStream) -> TokenStream {
     if let Some(error) = unfit(&item) {
         return error.into_iter().chain(item).collect();
@@ -118,8 +118,8 @@ pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
     own.into_iter().collect()
 }
 
-/// `include_forces!("joints.rs")`: a module named as the file is, with all that stands in it. The path counts from the
-/// file that calls, as that of `include_str!` does.
+/// `include_forces!("joints.rs")`: a module named after the file, with its items. The path is relative to the
+/// calling file, as in `include_str!`.
 pub fn file(input: TokenStream) -> TokenStream {
     let included = match Included::read(input) {
         Ok(included) => included,
@@ -148,7 +148,7 @@ pub fn file(input: TokenStream) -> TokenStream {
         let file = syntax::parse(&Source::new(shown, text.clone()))?;
         Ok::<_, Diagnostics>((Functions::compile(&file, &included.request)?, file))
     });
-    // So that cargo builds again when the file changes.
+    // Makes cargo rebuild when the file changes.
     let path = path.to_string_lossy();
     let watched = quote!(
         const _: &[u8] = ::core::include_bytes!(#path);
@@ -195,7 +195,7 @@ pub fn file(input: TokenStream) -> TokenStream {
     }
 }
 
-/// `"joints.rs", real = f32`
+/// The arguments `"joints.rs", real = f32`.
 struct Included {
     path: syn::LitStr,
     request: Request,
@@ -217,7 +217,7 @@ impl Included {
         if let Some(error) = unfit(&options) {
             return Err(error);
         }
-        // They are those of a module.
+        // The options are those of a module.
         let mut marked = attribute("forces", &options);
         let places = Places::new(marked.clone());
         marked.extend(quote!(
@@ -237,8 +237,8 @@ impl Included {
     }
 }
 
-/// The path of an included file, from the file that calls; where the compiler does not say which that is, as some
-/// editors do not, from the crate's folders.
+/// The path of an included file, relative to the calling file; relative to the crate's folder if the calling
+/// file is unknown, as in some editors.
 fn resolve(path: &syn::LitStr) -> PathBuf {
     let written = PathBuf::from(path.value());
     if let Some(caller) = path.span().local_file() {
@@ -251,7 +251,7 @@ fn resolve(path: &syn::LitStr) -> PathBuf {
     if source.exists() { source } else { root.join(written) }
 }
 
-/// Runs work that makes tokens of its own, on other threads too, which the compiler's tokens do not allow.
+/// Runs work that creates its own tokens on several threads, which the compiler's tokens do not allow.
 fn with_own_tokens<T>(work: impl FnOnce() -> T) -> T {
     struct Restore;
     impl Drop for Restore {
@@ -264,22 +264,22 @@ fn with_own_tokens<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// The message about tokens that must not be parsed.
+/// The error about tokens that exceed the parser's limits.
 fn unfit(tokens: &TokenStream) -> Option<TokenStream> {
     let error = syntax::check_limits(tokens.clone()).err()?;
     let here = proc_macro2::Span::call_site();
     Some(complaint(&error, here, here))
 }
 
-/// What is being read.
+/// The input of a macro.
 struct Reading<'a> {
-    /// What the module of its kernels is named after.
+    /// The name of the module of kernels.
     name: &'a str,
-    /// It is one function, which can use nothing that stands beside it.
+    /// Whether the input is a single function, which cannot use other items.
     alone: bool,
 }
 
-/// The kernels of items, or the messages about them.
+/// The kernels of items, or the errors.
 fn compiled(items: &[syn::Item], tokens: TokenStream, reading: &Reading<'_>) -> TokenStream {
     let request = Request::default();
     let places = Places::new(tokens);
@@ -317,10 +317,10 @@ fn compiled(items: &[syn::Item], tokens: TokenStream, reading: &Reading<'_>) -> 
     }
 }
 
-/// The force functions of a file.
+/// The compiled force functions of a file.
 struct Functions {
     forces: Vec<Stages>,
-    /// The same with other results, of those that the runtime calls.
+    /// For each function, the companion kernels that the runtime calls.
     companions: HashMap<String, Vec<(&'static Companion, Stages)>>,
 }
 
@@ -329,7 +329,7 @@ impl Functions {
         let forces = compile_file(file, &|_| true, request.clone())?.functions;
         let mut companions: HashMap<String, Vec<(&'static Companion, Stages)>> = HashMap::new();
         for companion in &COMPANIONS {
-            // Functions of which the same is wanted are compiled together.
+            // Functions with equal requests are compiled together.
             let mut wanted: Vec<(Request, Vec<&str>)> = Vec::new();
             for stages in
                 forces.iter().filter(|stages| is_tied(stages) && (companion.is_of)(&stages.definition.law))
@@ -357,7 +357,7 @@ impl Functions {
 }
 
 impl Functions {
-    /// Takes the numbers of kernels apart that a precision they are printed in does not hold.
+    /// Fits kernels to their precisions: splits numbers that a precision cannot represent.
     fn fit(&mut self, file: &ast::File, request: &Request) -> Result<(), Diagnostics> {
         let companions = self.companions.values_mut().flatten().map(|(_, stages)| stages);
         let mut errors = Vec::new();
@@ -371,14 +371,14 @@ impl Functions {
     }
 }
 
-/// The precisions that the kernels of a function are printed in.
+/// The precisions in which the kernels of a function are printed.
 fn precisions(file: &ast::File, name: &str, request: &Request) -> Vec<Precision> {
     let own = file.function(name).map(ast::Function::choices);
     let precisions = request.of(own.into_iter().flatten()).precisions;
     if precisions.is_empty() { Precision::ALL.to_vec() } else { precisions }
 }
 
-/// Whether a kernel is one that the runtime calls: F and its derivatives of every body, in full, one instance at a time.
+/// Whether the runtime can call a kernel: default outputs in full, one instance at a time, no fixed body.
 fn is_tied(function: &Stages) -> bool {
     let (kernel, bodies) = (&function.kernel, &function.definition.graph.signature.bodies);
     let whole = function.outputs() == Part::DEFAULT
@@ -387,7 +387,7 @@ fn is_tied(function: &Stages) -> bool {
     whole && bodies.iter().all(|body| !body.fixed)
 }
 
-/// The modules of kernels, what ties them to the runtime, and their names where the functions stand.
+/// The modules of kernels, their runtime traits, and imports of the modules next to the functions.
 fn kernels(
     functions: &Functions,
     ast: &ast::File,
@@ -416,7 +416,7 @@ fn kernels(
             }
             let module = format_ident!("{}", module_name(kernel, precision));
             let visibility = visibilities.get(source);
-            // A kernel may be there to be read only.
+            // The kernel need not be called.
             names.extend(quote! {
                 #visibility use #inner::#module;
                 const _: () = _ = #module::NAME;
@@ -463,7 +463,7 @@ fn kernels(
     }
 }
 
-/// Tokens of ours that name the runtime as the crate around calls it.
+/// Replaces `forcec_runtime` in generated tokens by the crate's name for the runtime.
 fn renamed(tokens: TokenStream, name: &str) -> TokenStream {
     let token = |token| match token {
         TokenTree::Ident(ident) if ident == "forcec_runtime" => Ident::new(name, ident.span()).into(),
@@ -477,7 +477,7 @@ fn renamed(tokens: TokenStream, name: &str) -> TokenStream {
     tokens.into_iter().map(token).collect()
 }
 
-/// Who may see each function.
+/// The visibility of each function.
 fn visibilities(items: &[syn::Item]) -> HashMap<String, syn::Visibility> {
     let mut found = HashMap::new();
     let mut pending: Vec<&syn::Item> = items.iter().collect();
@@ -506,7 +506,7 @@ fn first(item: &syn::Item) -> proc_macro2::Span {
     tokens.map(|token| token.span()).next().unwrap_or_else(proc_macro2::Span::call_site)
 }
 
-/// An error of rustc's with our text, from one token to another.
+/// A compile error with this text, from one token to another.
 fn complaint(error: &Diagnostic, start: proc_macro2::Span, end: proc_macro2::Span) -> TokenStream {
     let mut message = format!("{}\n", error.message);
     if !error.label.is_empty() {
@@ -518,7 +518,7 @@ fn complaint(error: &Diagnostic, start: proc_macro2::Span, end: proc_macro2::Spa
     compile_error(message.trim_end(), start, end)
 }
 
-/// An error in a file that rustc has not read: with the lines it is about.
+/// A compile error in a file that rustc does not read: includes the source lines.
 fn rendered(source: &Source, error: &Diagnostic, at: proc_macro2::Span) -> TokenStream {
     let text = Diagnostics::new(source.clone(), vec![error.clone()]).render(false);
     compile_error(text.strip_prefix("error: ").unwrap_or(&text), at, at)

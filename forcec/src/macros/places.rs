@@ -1,7 +1,7 @@
-//! Tokens as a text, and back.
+//! Maps tokens to positions in a text, and back.
 //!
-//! In: tokens of the compiler's. Out: a text of them in which each has a place of ours, the tokens of a place, and who wrote
-//! them, as far as the compiler says.
+//! In: the compiler's tokens. Out: a text in which each token has a position; the tokens at a position; and
+//! the author of a token, as far as the compiler reveals it.
 
 use crate::source::diagnostic::Diagnostic;
 use crate::source::span::Span;
@@ -9,7 +9,7 @@ use crate::syntax::ast;
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 use std::collections::{BTreeMap, HashMap};
 
-/// The tokens of an input in order, and as a text of their own: our places are places in that text.
+/// The tokens of an input in order, with a text made of them; positions refer to this text.
 #[derive(Default)]
 pub(crate) struct Places {
     pub(crate) text: String,
@@ -21,7 +21,7 @@ impl Places {
     pub(crate) fn new(tokens: TokenStream) -> Places {
         let mut places = Places::default();
         let mut pending = vec![tokens.into_iter()];
-        // The closing brackets of the streams that are open.
+        // The closing brackets of the open groups.
         let mut closing: Vec<(&str, proc_macro2::Span)> = Vec::new();
         while let Some(stream) = pending.last_mut() {
             match stream.next() {
@@ -38,7 +38,7 @@ impl Places {
                 }
                 Some(token) => {
                     places.token(&token.to_string(), token.span());
-                    // What stands together stays together: `**` is no `* *`.
+                    // Joint punctuation stays joint: `**` differs from `* *`.
                     if matches!(&token, TokenTree::Punct(mark) if mark.spacing() == Spacing::Joint) {
                         places.text.pop();
                     }
@@ -62,19 +62,19 @@ impl Places {
         self.text.push(' ');
     }
 
-    /// Our place of a token.
+    /// The position of a token.
     pub(crate) fn of(&self, span: proc_macro2::Span) -> Span {
         let index = self.by_span.get(&key(span));
         index.map_or_else(Span::default, |index| self.tokens[*index].0)
     }
 
-    /// The token that begins at a place.
+    /// The token that begins at a position.
     fn token_at(&self, span: Span) -> Option<proc_macro2::Span> {
         let first = self.tokens.partition_point(|(token, _)| token.start < span.start);
         self.tokens.get(first).map(|(_, span)| *span)
     }
 
-    /// The first and the last token of a place.
+    /// The first and the last token in a range.
     pub(crate) fn ends(&self, span: Option<Span>) -> (proc_macro2::Span, proc_macro2::Span) {
         let here = proc_macro2::Span::call_site();
         let Some(span) = span.filter(|span| span.start < span.end) else { return (here, here) };
@@ -85,20 +85,19 @@ impl Places {
     }
 }
 
-/// What tells a token from others: where it begins, in whichever file, and whose it is.
+/// Identifies a token by its start, and by the file or macro that it comes from.
 fn key(span: proc_macro2::Span) -> String {
     let start = span.start();
     format!("{}:{} {span:?}", start.line, start.column)
 }
 
-/// Who wrote a token, as rustc tells names that are alike apart: the file, or a macro in one of its uses. Nothing where it does
-/// not say.
+/// The author of a token, by which rustc distinguishes equal names: the file, or one use of a macro.
 fn writer(span: proc_macro2::Span) -> Option<String> {
     let text = format!("{span:?}");
     text.split_once(' ').map(|(writer, _)| writer.to_owned()).filter(|writer| writer.starts_with('#'))
 }
 
-/// An error for each variable that has the name of another one, which only rustc tells from it: one is a macro's own.
+/// An error for each variable that only rustc can tell from another of the same name, which is a macro's.
 pub(crate) fn mixed(file: &ast::File, places: &Places) -> Vec<Diagnostic> {
     let mut errors = Vec::new();
     for function in &file.functions {

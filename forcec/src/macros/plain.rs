@@ -1,7 +1,7 @@
-//! Items as rustc is to see them.
+//! Items in the form that rustc compiles.
 //!
-//! In: the tokens of items of a force file. Out: the same tokens, without our attributes, with what keeps rustc from warning.
-//! Promise: what is not an attribute comes out as it came in, the invisible brackets of macros within items included.
+//! In: the tokens of items of a force file. Out: the same tokens without forcec's attributes, plus attributes
+//! that prevent warnings. All other tokens are unchanged, including invisible groups of macros within items.
 
 use crate::source::diagnostic::Lint;
 use proc_macro2::{Delimiter, Group, TokenStream, TokenTree};
@@ -12,11 +12,11 @@ use syn::punctuated::Punctuated;
 /// The attributes of force functions.
 pub(crate) const FORCES: [&str; 3] = ["constraint", "energy", "force"];
 
-/// All attributes that mean nothing to rustc.
+/// All attributes that rustc does not know.
 const OURS: [&str; 5] = ["constraint", "energy", "force", "forces", "domain"];
 
-/// Items as rustc is to see them: the tokens as they came, without our attributes, and beside each function what it needs to
-/// be one of a program without warnings. The first is a force function if `force` says so: its attribute has been taken off.
+/// The items without forcec's attributes, plus attributes that suppress warnings. `force`: the first item is
+/// a force function whose attribute has been removed.
 pub(crate) fn plain(tokens: TokenStream, mut force: bool) -> TokenStream {
     let mut items = TokenStream::new();
     let mut item: Vec<TokenTree> = Vec::new();
@@ -42,7 +42,7 @@ pub(crate) fn plain(tokens: TokenStream, mut force: bool) -> TokenStream {
             |word: &str| item.iter().any(|token| matches!(token, TokenTree::Ident(ident) if ident == word));
         let ends = match &marks[0] {
             TokenTree::Punct(mark) => mark.as_char() == ';',
-            // A constant, and what is imported, may have braces and goes on behind them.
+            // Constants and imports may contain braces and continue after them.
             TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => {
                 has("fn") || !["use", "const", "static", "type"].into_iter().any(has)
             }
@@ -66,7 +66,7 @@ pub(crate) fn plain(tokens: TokenStream, mut force: bool) -> TokenStream {
     items
 }
 
-/// An item without our attributes, with what goes with it if it is a function.
+/// An item without forcec's attributes, with attributes and a use if the item is a function.
 fn function_item(item: Vec<TokenTree>, force: bool) -> TokenStream {
     let tokens: TokenStream = item.into_iter().collect();
     let Ok(function) = syn::parse2::<syn::ItemFn>(tokens.clone()) else { return tokens };
@@ -79,7 +79,7 @@ fn function_item(item: Vec<TokenTree>, force: bool) -> TokenStream {
     let future = mentions(body(), &["erf", "erfc"]).then(
         || quote!(#[allow(unstable_name_collisions, reason = "the standard library's would be the same")]),
     );
-    // What is called may be the kernel alone.
+    // The program may call the kernel only.
     let deprecated = function.attrs.iter().any(|attribute| attribute.path().is_ident("deprecated"));
     let name = &function.sig.ident;
     let generic = !function.sig.generics.params.is_empty();
@@ -87,7 +87,7 @@ fn function_item(item: Vec<TokenTree>, force: bool) -> TokenStream {
     quote!(#many #loops #future #tokens #used)
 }
 
-/// The tokens of items without the invisible brackets that a macro puts around what it was given; those within an item stay.
+/// The tokens of items without the invisible groups that macros insert; groups within an item remain.
 fn spliced(tokens: TokenStream) -> TokenStream {
     let mut found = TokenStream::new();
     let mut pending = vec![tokens.into_iter()];
@@ -103,7 +103,7 @@ fn spliced(tokens: TokenStream) -> TokenStream {
     found
 }
 
-/// The tokens of a file without the attributes at its head, which a module within a macro cannot have.
+/// The tokens of a file without its inner attributes, which a module within a macro cannot have.
 pub(crate) fn without_inner(tokens: TokenStream) -> TokenStream {
     let mut tokens: Vec<TokenTree> = tokens.into_iter().collect();
     let is = |token: Option<&TokenTree>, sign: char| matches!(token, Some(TokenTree::Punct(mark)) if mark.as_char() == sign);
@@ -116,7 +116,7 @@ pub(crate) fn without_inner(tokens: TokenStream) -> TokenStream {
     tokens.into_iter().collect()
 }
 
-/// What rustc is to see of an attribute: nothing of ours, and of `allow` only the lints that it knows.
+/// The attribute for rustc: `None` for forcec's attributes, and `allow` without forcec's lints.
 fn kept(attribute: Group) -> Option<Group> {
     if is_named(&attribute, &OURS) {
         return None;
@@ -139,7 +139,7 @@ fn kept(attribute: Group) -> Option<Group> {
     }
 }
 
-/// Whether an attribute, what stands in its brackets, has one of these names.
+/// Whether an attribute, given by the contents of its brackets, has one of these names.
 pub(crate) fn is_named(attribute: &Group, names: &[&str]) -> bool {
     let path = syn::Path::parse_mod_style;
     let path =
@@ -147,7 +147,7 @@ pub(crate) fn is_named(attribute: &Group, names: &[&str]) -> bool {
     path.parse2(attribute.stream()).is_ok_and(|path| is_path(&path, names))
 }
 
-/// Whether tokens name `PI` by itself, elsewhere than where it is imported.
+/// Whether tokens use `PI` without a path, outside of imports.
 pub(crate) fn names_pi(tokens: &TokenStream) -> bool {
     let (mut behind, mut import) = (false, false);
     tokens.clone().into_iter().any(|token| {
@@ -164,7 +164,7 @@ pub(crate) fn names_pi(tokens: &TokenStream) -> bool {
     })
 }
 
-/// That `PI` is π for rustc too, in either precision.
+/// A compile-time check that `PI` is π for rustc as well, in either precision.
 pub(crate) fn is_pi() -> TokenStream {
     quote! {
         const _: () = ::core::assert!(
@@ -174,7 +174,7 @@ pub(crate) fn is_pi() -> TokenStream {
     }
 }
 
-/// Whether one of these words is among the tokens.
+/// Whether the tokens contain one of these words.
 fn mentions(tokens: TokenStream, words: &[&str]) -> bool {
     tokens.into_iter().any(|token| match token {
         TokenTree::Ident(ident) => words.iter().any(|word| ident == word),

@@ -1,7 +1,7 @@
-//! What ties a kernel to the runtime: the implementation of its traits, which stands beside the kernel's module.
+//! Implementations of the runtime's traits for kernels.
 //!
-//! In: a force function, compiled, and its companions: kernels of the same function with other results. Out: tokens of
-//! `impl`s.
+//! In: a compiled force function and its companions, which are kernels of the same function with other
+//! outputs. Out: the tokens of `impl`s.
 
 use crate::compile::Stages;
 use crate::emit::rust::module_name;
@@ -13,18 +13,17 @@ use crate::vector::definition::Law;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
-/// A kernel of the same function with other results, for what a world does not need the derivatives apart for.
+/// A kernel of the same function with other outputs, for methods that do not need the separate derivatives.
 #[derive(Debug)]
 pub(crate) struct Companion {
-    /// The module that holds those of all functions; no kernel's name begins so.
+    /// The module of this companion for all functions; no kernel's name begins like it.
     pub(crate) module: &'static str,
     pub(crate) outputs: &'static [Part],
-    /// Whether a function has it.
+    /// Whether a function of this law has the companion.
     pub(crate) is_of: fn(&Law) -> bool,
 }
 
-/// What a world measures; what an explicit method takes; and what an implicit step takes, of what has multipliers and of
-/// what has none.
+/// For measurements; for explicit methods; for implicit steps with multipliers; for implicit steps without.
 pub(crate) static COMPANIONS: [Companion; 4] = [
     Companion { module: "forcec_values", outputs: &[Part::Value], is_of: |law| law.rows() > 0 },
     Companion { module: "forcec_loads", outputs: &[Part::Force], is_of: |_| true },
@@ -40,7 +39,7 @@ pub(crate) static COMPANIONS: [Companion; 4] = [
     },
 ];
 
-/// The implementation of the runtime's traits by a kernel.
+/// The implementations of the runtime's traits for a kernel.
 pub(crate) fn ties(
     function: &Stages,
     companions: &[(&Companion, Stages)],
@@ -110,7 +109,7 @@ pub(crate) fn ties(
     }
 }
 
-/// What evaluates a companion in place, with the bodies of a world.
+/// The function that evaluates a companion with the bodies of a world.
 fn tie(row: &Companion, companion: &Stages, arguments: &[TokenStream], precision: Precision) -> TokenStream {
     let signature = &companion.kernel.schedule.signature;
     let module = format_ident!("{}", module_name(&companion.kernel, precision));
@@ -188,7 +187,7 @@ fn tie(row: &Companion, companion: &Stages, arguments: &[TokenStream], precision
     }
 }
 
-/// What a constraint or an energy adds to what a world measures, of the values in `out`.
+/// The contribution of a constraint or an energy to a world's measurements, from the values in `out`.
 fn measure(value: &Stages, real: &Ident) -> TokenStream {
     let signature = &value.kernel.schedule.signature;
     match value.definition.law {
@@ -220,7 +219,7 @@ fn measure(value: &Stages, real: &Ident) -> TokenStream {
     }
 }
 
-/// Parameters as a list of numbers and back.
+/// Conversions between parameters and a list of numbers.
 fn numbers(function: &Stages, precision: Precision) -> TokenStream {
     let kernel = &function.kernel;
     let signature = &kernel.schedule.signature;
@@ -279,7 +278,7 @@ fn numbers(function: &Stages, precision: Precision) -> TokenStream {
     }
 }
 
-/// The fields of the parameters that a kernel is given.
+/// The fields of the parameters that a kernel takes.
 fn field_names(signature: &Signature) -> Vec<Ident> {
     let names = Arguments::new(signature, Target::Rust).parameters;
     signature.given().map(|(index, _)| identifier(&names[index])).collect()

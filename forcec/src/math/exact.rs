@@ -1,11 +1,11 @@
-//! Exact rational numbers: every literal and coefficient, from the source text to emission.
+//! Exact rational numbers: every literal and coefficient, from the source text to the printed kernel.
 //!
-//! In: decimal literals and small integers. Out: arithmetic without rounding, and the nearest `f64` or `f32` once,
-//! when a kernel is printed. Invariant: reduced to lowest terms, so equal numbers are equal values.
+//! In: decimal literals and small integers. Out: arithmetic without rounding, and the nearest `f64` or `f32`
+//! once, when a kernel is printed. Invariant: numbers are in lowest terms, so equal numbers are equal values.
 //!
-//! A number that needs more than `MOST_BITS` bits is rounded to `PRECISION` of them, which is more than a check or a
-//! kernel can tell from the exact one; one whose size is beyond 2^±`RANGE` is no number any more, and nothing that is
-//! computed from it is. So no arithmetic takes long, whatever the source says.
+//! A number of more than `MOST_BITS` bits is rounded to `PRECISION` bits; checks and kernels cannot tell the
+//! difference. A number beyond 2^±`RANGE` becomes `Beyond`, as does every result computed from it. So
+//! arithmetic is fast for any source.
 
 use crate::math::number::Precision;
 use dashu_int::ops::{BitTest, PowerOfTwo};
@@ -17,7 +17,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 /// A rational number in lowest terms.
 ///
-/// Nearly every coefficient is a small one, held in place; only what does not fit is kept on the heap.
+/// A small fraction, as nearly every coefficient is, is stored inline; any other is on the heap.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct Exact(Repr);
 
@@ -25,22 +25,22 @@ pub struct Exact(Repr);
 enum Repr {
     /// Numerator and denominator, in lowest terms.
     Small(i32, u32),
-    /// What does not fit the other.
+    /// A number that does not fit `Small`.
     Large(Box<RBig>),
-    /// Too large or too small to be held.
+    /// Too large or too small to be represented.
     Beyond,
 }
 
-/// Numerator and denominator of a result take no more bits than this together.
+/// Maximum number of bits of numerator and denominator together.
 const MOST_BITS: usize = 4096;
 
-/// What takes more is rounded to so many bits.
+/// The bits of a number that is rounded.
 const PRECISION: isize = 1024;
 
-/// The binary exponents that a rounded number may have.
+/// Largest binary exponent of a rounded number, of either sign.
 const RANGE: isize = 3000;
 
-/// A multiple whose number, raised, leaves 2^±this is raised as a whole: half of what the smallest precision holds.
+/// A multiple whose coefficient's power would leave 2^±this is raised as a whole; half the range of `f32`.
 const POWER_RANGE: u64 = 60;
 
 impl Exact {
@@ -54,7 +54,7 @@ impl Exact {
         Exact::reduced(numerator.into(), denominator.into())
     }
 
-    /// In lowest terms and in the smaller form, if it fits.
+    /// A fraction in lowest terms, in the small form if it fits.
     fn reduced(numerator: i128, denominator: u128) -> Exact {
         assert!(denominator != 0, "a denominator is not zero");
         let divisor = if denominator == 1 { 1 } else { gcd(numerator.unsigned_abs(), denominator) };
@@ -65,7 +65,7 @@ impl Exact {
         }
     }
 
-    /// A rational of any size, in the smaller form if it fits.
+    /// A rational of any size, in the small form if it fits.
     fn of(value: RBig) -> Exact {
         match (i32::try_from(value.numerator().clone()), u32::try_from(value.denominator().clone())) {
             (Ok(numerator), Ok(denominator)) => Exact(Repr::Small(numerator, denominator)),
@@ -73,7 +73,7 @@ impl Exact {
         }
     }
 
-    /// The result of an operation, rounded where it is long.
+    /// The result of an operation, rounded if it is long.
     fn bounded(value: RBig) -> Exact {
         let (over, under) = (value.numerator().bit_len(), value.denominator().bit_len());
         if over + under <= MOST_BITS {
@@ -94,7 +94,7 @@ impl Exact {
         })
     }
 
-    /// The rational this is; `None` beyond the range.
+    /// The value as a rational; `None` if it is out of range.
     fn large(&self) -> Option<RBig> {
         match &self.0 {
             Repr::Small(numerator, denominator) => {
@@ -105,7 +105,7 @@ impl Exact {
         }
     }
 
-    /// An operation on two rationals.
+    /// The result of an operation on two rationals.
     fn both(&self, other: &Exact, operation: impl Fn(RBig, RBig) -> RBig) -> Exact {
         match (self.large(), other.large()) {
             (Some(x), Some(y)) => Exact::bounded(operation(x, y)),
@@ -113,12 +113,12 @@ impl Exact {
         }
     }
 
-    /// Whether this is too large or too small to be held: the result of a constant expression that no kernel can print.
+    /// Whether this is too large or too small to be represented: a constant that no kernel can print.
     pub fn is_beyond(&self) -> bool {
         matches!(self.0, Repr::Beyond)
     }
 
-    /// Whether |x|ⁿ stays within what every precision holds, with room for what it is multiplied with.
+    /// Whether |x|ⁿ stays in the range of every precision, with room for further factors.
     pub(crate) fn power_stays(&self, n: u32) -> bool {
         let exponent = match &self.0 {
             Repr::Small(over, under) => over.unsigned_abs().max(1).ilog2().abs_diff(under.ilog2()) as usize,
@@ -129,7 +129,7 @@ impl Exact {
     }
 
     /// The value of a decimal literal such as `12`, `0.5`, `1e-3` or `1_000.0`, without suffix.
-    /// `None` if it is no decimal number, or beyond the range of `f64` or a thousand digits.
+    /// `None` for other texts, and for numbers beyond the range of `f64` or of more than a thousand digits.
     pub fn parse(literal: &str) -> Option<Exact> {
         let text: String = literal.chars().filter(|c| *c != '_').collect();
         let (mantissa, exponent) = match text.split_once(['e', 'E']) {
@@ -150,7 +150,7 @@ impl Exact {
         value.to_f64().is_finite().then_some(value)
     }
 
-    /// The value of a finite `f64`, exactly.
+    /// The exact value of an `f64`; `None` if it is not finite.
     pub fn from_f64(value: f64) -> Option<Exact> {
         RBig::try_from(value).ok().map(Exact::of)
     }
@@ -170,7 +170,7 @@ impl Exact {
         matches!(self.0, Repr::Small(1 | -1, 1))
     }
 
-    /// Whether this is ±2ⁿ for a whole n: a factor that rounds nothing.
+    /// Whether this is ±2ⁿ for an integer n: multiplying by it is exact.
     pub fn is_power_of_two(&self) -> bool {
         match &self.0 {
             Repr::Small(numerator, denominator) => {
@@ -193,7 +193,7 @@ impl Exact {
         }
     }
 
-    /// The size of a number as a quotient of two whole numbers that are the same in every precision, if it is one.
+    /// |x| as a fraction of two integers that every precision represents exactly, if there is one.
     pub(crate) fn whole(&self) -> Option<(Exact, Exact)> {
         const MOST: i64 = 1 << 24;
         let (over, under) = self.abs().parts();
@@ -219,7 +219,7 @@ impl Exact {
         }
     }
 
-    /// xⁿ for any n; x must not be zero when n < 0.
+    /// xⁿ for any integer n; x must not be zero if n < 0.
     pub fn powi(&self, n: i32) -> Exact {
         let (base, n) = (if n < 0 { self.recip() } else { self.clone() }, n.unsigned_abs());
         let Some(highest) = n.checked_ilog2() else { return Exact::ONE };
@@ -229,7 +229,7 @@ impl Exact {
         })
     }
 
-    /// The integer this is, if it is one that fits.
+    /// The value as an integer, if it is an integer that fits.
     pub fn to_i64(&self) -> Option<i64> {
         match &self.0 {
             Repr::Small(numerator, denominator) => (*denominator == 1).then_some((*numerator).into()),
@@ -240,17 +240,17 @@ impl Exact {
         }
     }
 
-    /// The nearest `f64`; not a number beyond the range.
+    /// The nearest `f64`; NaN if out of range.
     pub fn to_f64(&self) -> f64 {
         self.large().map_or(f64::NAN, |value| value.to_f64().value())
     }
 
-    /// The nearest `f32`; not a number beyond the range.
+    /// The nearest `f32`; NaN if out of range.
     pub fn to_f32(&self) -> f32 {
         self.large().map_or(f32::NAN, |value| value.to_f32().value())
     }
 
-    /// Whether a precision holds this with all its digits: neither 0 nor infinite, nor a subnormal that loses some.
+    /// Whether a precision represents this without overflow, underflow or a subnormal that loses digits.
     pub fn fits(&self, precision: Precision) -> bool {
         let (nearest, least) = match precision {
             Precision::F64 => (self.to_f64(), f64::MIN_POSITIVE),
@@ -259,12 +259,12 @@ impl Exact {
         nearest.is_finite() && (nearest.abs() >= least || Exact::from_f64(nearest).as_ref() == Some(self))
     }
 
-    /// About the binary logarithm of |x|.
+    /// The approximate binary logarithm of |x|.
     pub(crate) fn exponent(&self) -> i64 {
         self.large().map_or(0, |x| x.numerator().bit_len() as i64 - x.denominator().bit_len() as i64)
     }
 
-    /// A text for messages: its nearest double, or where that is 0 or infinite its size.
+    /// A text for messages: the nearest double, or the order of magnitude if that double is not normal.
     pub(crate) fn about(&self) -> String {
         let near = self.to_f64();
         match near.is_normal() || self.is_zero() {
@@ -277,7 +277,7 @@ impl Exact {
         }
     }
 
-    /// How many bits numerator and denominator take together: what bounds the folding of constants.
+    /// The bits of numerator and denominator together; they limit the folding of constants.
     pub fn bits(&self) -> usize {
         match &self.0 {
             Repr::Small(numerator, denominator) => {
@@ -312,7 +312,7 @@ impl Ord for Exact {
             (Repr::Small(a, b), Repr::Small(c, d)) => {
                 (i64::from(*a) * i64::from(*d)).cmp(&(i64::from(*c) * i64::from(*b)))
             }
-            // What is beyond the range is below everything else.
+            // A number out of range is less than all others.
             _ => self.large().cmp(&other.large()),
         }
     }
@@ -401,7 +401,7 @@ impl fmt::Debug for Exact {
     }
 }
 
-/// Σ coefficient · term with every term once, in order, and no zeros.
+/// Σ coefficient · term with each term once, in order, without zeros.
 pub(crate) fn collect<T: Ord + Copy>(mut terms: Vec<(Exact, T)>) -> Vec<(Exact, T)> {
     terms.sort_by_key(|(_, term)| *term);
     terms.dedup_by(|later, earlier| {
@@ -419,7 +419,7 @@ pub(crate) fn collect<T: Ord + Copy>(mut terms: Vec<(Exact, T)>) -> Vec<(Exact, 
 mod tests {
     use super::Exact;
 
-    /// Whatever is computed, a number stays short, and right to far more digits than any precision has.
+    /// Numbers stay short and accurate in long computations.
     #[test]
     fn numbers_stay_short() {
         let third = Exact::ratio(1, 3);
@@ -431,7 +431,7 @@ mod tests {
             assert!(x.bits() <= 4096 && !x.is_beyond());
         }
         assert!((&x - &Exact::ratio(3, 14)).abs() < Exact::ratio(1, 1 << 60).powi(10));
-        // Newton's iteration for the root of 2, which doubles the digits.
+        // Newton's iteration for √2, which doubles the number of digits.
         let (half, two) = (Exact::ratio(1, 2), Exact::from(2));
         let mut z = Exact::ONE;
         for _ in 0..40 {
@@ -439,7 +439,7 @@ mod tests {
         }
         assert!((&(&z * &z) - &two).abs() < Exact::ratio(1, 1 << 60).powi(10));
         assert_eq!(z.to_f64(), 2f64.sqrt());
-        // Powers: exact where they are short, rounded where they are long, none beyond the range.
+        // Powers: exact if short, rounded if long, `Beyond` if out of range.
         let tenth = Exact::ratio(11, 10);
         let exact = (0..300).fold(Exact::ONE, |power, _| &power * &tenth);
         assert_eq!(tenth.powi(300), exact);

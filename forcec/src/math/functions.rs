@@ -1,16 +1,16 @@
-//! The function table: one row states everything the compiler knows about a function of reals.
+//! The function table: one row contains everything that the compiler knows about a function of reals.
 //!
-//! Adding a function is adding a variant and its row. The derivative may use the function's own result; the spelling
-//! is a template in which `{0}`, `{1}` stand for the arguments, `{p}` for the precision, `{f}` and `{F}` for the
-//! suffixes of C's single precision, and `{n}` for the number within a family. Rust spells functions of two arguments
-//! as paths: clippy follows the receiver of a method with arguments through every `let`, in exponential time. What is
-//! spelled as a function of our own, `forcec_…` in C and a bare name in Rust, is defined beside the kernel by
-//! [`special`].
+//! To add a function, add a variant and its row. The derivative may use the result of the function. The
+//! spelling is a template: `{0}` and `{1}` are the arguments, `{p}` is the precision, `{f}` and `{F}` are the
+//! suffixes of C's single precision, and `{n}` is the number within a family. Functions of two arguments are
+//! paths in Rust, because clippy follows the receiver of a method with arguments through every `let`, in
+//! exponential time. [`special`] defines the functions that a template calls `forcec_…` in C, or by a bare
+//! name in Rust; their code is printed with the kernel.
 
 use crate::math::special;
 
-/// A function of reals. The families with a number are the derivatives of a function, each its own primitive; out of those
-/// of cos √s and of atan2(√m, w)/√m rotations by a vector and angles of quaternions are made.
+/// A function of reals. A number selects a derivative within a family; each derivative is a primitive.
+/// Rotations by a vector and angles of quaternions use the families cos √s and atan2(√m, w)/√m.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Function {
     /// The constant π.
@@ -77,9 +77,9 @@ pub enum Function {
     Hypot,
     /// x/√(x² + y²)
     HypotSlope,
-    /// the smaller
+    /// min(x, y)
     Min,
-    /// the larger
+    /// max(x, y)
     Max,
     /// ±1, the sign of x; of ±0 too
     Signum,
@@ -89,7 +89,7 @@ pub enum Function {
     AngleRatio(u8),
 }
 
-/// What stands between two operands in a text.
+/// A binary operator.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Operator {
     /// x + y
@@ -102,7 +102,7 @@ pub enum Operator {
     Divide,
 }
 
-/// Where a function is defined, or smooth. Beyond it the special families return anything.
+/// Where a function is defined, or smooth. Outside, the special families return arbitrary values.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum FunctionDomain {
     /// Every real.
@@ -111,9 +111,9 @@ pub enum FunctionDomain {
     AtLeast(f64),
     /// The first argument is above this.
     Above(f64),
-    /// The first argument lies in −1 … 1.
+    /// The first argument is at least −1 and at most 1.
     Unit,
-    /// The first argument lies between −1 and 1.
+    /// The first argument is strictly between −1 and 1.
     Inside,
     /// The arguments are not all zero.
     NotAllZero,
@@ -123,34 +123,34 @@ pub enum FunctionDomain {
 
 /// Everything known about one function.
 pub struct FunctionRow {
-    /// Its name in messages and text forms; the method's name in the source where it is one.
+    /// Its name in messages and text forms; for a method, also its name in the source.
     pub name: &'static str,
-    /// How many arguments.
+    /// Number of arguments.
     pub arity: usize,
     /// Where the value exists.
     pub domain: FunctionDomain,
     /// Where the derivative exists.
     pub smooth: FunctionDomain,
-    /// The partial derivative in words, `x`, `y` the arguments and `r` the result; `derive/partials.rs` builds it.
+    /// The partial derivatives of `r` by `x` and `y` in words; `derive/partials.rs` builds them.
     pub formula: &'static str,
-    /// The value.
+    /// Evaluates the function.
     pub value: fn(&[f64]) -> f64,
-    /// C spelling.
+    /// Template of a call in C.
     pub c: &'static str,
-    /// Rust spelling.
+    /// Template of a call in Rust.
     pub rust: &'static str,
-    /// Whether it is counted as a square root, a call, or nothing.
+    /// The kind of operation that a call counts as.
     pub cost: Cost,
 }
 
-/// What a use of a function counts as.
+/// The kind of operation that a call counts as.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Cost {
-    /// A constant: nothing.
+    /// No operation: a constant.
     Free,
     /// A square root.
     Sqrt,
-    /// A call.
+    /// A function call.
     Call,
 }
 
@@ -174,7 +174,7 @@ macro_rules! row {
     };
 }
 
-// Below the macro that its rows are written with.
+// After the macro that its rows use.
 mod own;
 
 static PI: FunctionRow = FunctionRow {
@@ -246,8 +246,8 @@ static HYPOT: FunctionRow = row!(
     "hypot{f}({0}, {1})",
     "{p}::hypot({0}, {1})"
 );
-/// A kernel computes it as a quotient, with the hypotenuse that it has already. Its derivative does not cancel where
-/// that of a quotient would, 1/r − x²/r³.
+/// A kernel computes this as a quotient by the hypotenuse that it already has. The derivative of this row
+/// does not cancel, unlike 1/r − x²/r³, the derivative of the quotient.
 static HYPOT_SLOPE: FunctionRow = row!(
     "hypot_slope" / 2,
     NotAllZero,
@@ -309,7 +309,7 @@ macro_rules! angle_ratio {
 static ANGLE_RATIO: [FunctionRow; 4] = [angle_ratio!(0), angle_ratio!(1), angle_ratio!(2), angle_ratio!(3)];
 
 impl Function {
-    /// Every function that kernels call, the families up to the order that forces and their derivatives reach.
+    /// Every function that kernels call; families up to the order that forces and their derivatives reach.
     pub const ALL: [Function; 49] = [
         Function::Pi,
         Function::Abs,
@@ -362,7 +362,7 @@ impl Function {
         Function::AngleRatio(2),
     ];
 
-    /// Its row.
+    /// Its row in the table.
     pub fn row(self) -> &'static FunctionRow {
         match self {
             Function::Pi => &PI,
@@ -405,9 +405,9 @@ impl Function {
         }
     }
 
-    /// How far what a library returns may be from the true value, in units of half an ulp: rows that round not at all or
-    /// correctly, and 4 ulp for all others, twice what the manual of glibc 2.40 states for the worst of them. That holds of
-    /// code of our own too, by measurement; that of cos √s, of angles and of sinc is analysed besides.
+    /// An error bound of the library function, in units of half an ulp: 0 or 1 for exact or correctly rounded
+    /// functions, else 4 ulp, twice the worst error in the manual of glibc 2.40. Measurements confirm this
+    /// bound for our own functions; for cos √s, angles and sinc there is also an analysis.
     pub fn units(self) -> f64 {
         match self {
             Function::Abs | Function::Min | Function::Max | Function::Signum => 0.0,
@@ -416,7 +416,7 @@ impl Function {
         }
     }
 
-    /// The number within its family, where that belongs to its name.
+    /// Number within its family, if it is part of the name.
     pub fn order(self) -> Option<u8> {
         use Function::{Acosh, AngleRatio, Asinh, Atanh, CosSqrt, Sinc};
         match self {

@@ -1,4 +1,4 @@
-//! Numbers and functions of reals: exact fractions, what expressions can be evaluated in, the function table.
+//! Numbers and functions of reals: exact fractions, the traits of number types, and the function table.
 
 pub mod exact;
 pub mod functions;

@@ -1,15 +1,15 @@
-//! Numbers that expressions can be evaluated in: doubles, higher precision, doubles with error bounds, or the text of
-//! the computation itself.
+//! Number types that expressions can be evaluated in: doubles, higher precision, doubles with error bounds,
+//! or the text of the computation itself.
 //!
-//! What is written once against these traits (the special functions, the evaluation of a graph or of a schedule) serves
-//! all of them.
+//! Code that is generic over these traits (special functions, evaluation of a graph or of a schedule) works
+//! with all of them.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use std::fmt;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// How two reals are compared.
+/// A comparison of two reals.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Comparison {
     /// <
@@ -23,17 +23,17 @@ pub enum Comparison {
 /// A floating point format.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Precision {
-    /// Doubles.
+    /// Double precision.
     F64,
-    /// Floats.
+    /// Single precision.
     F32,
 }
 
 impl Precision {
-    /// Both.
+    /// All precisions, double first.
     pub const ALL: [Precision; 2] = [Precision::F64, Precision::F32];
 
-    /// Its name, which is Rust's and the suffix of C names.
+    /// The name in Rust, which is also the suffix of C names.
     pub fn name(self) -> &'static str {
         match self {
             Precision::F64 => "f64",
@@ -48,41 +48,41 @@ impl fmt::Display for Precision {
     }
 }
 
-/// What can be computed with.
+/// A type with arithmetic.
 pub trait Arithmetic:
     Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// The nearest to an exact number.
+    /// The value nearest to an exact number.
     fn exact(value: &Exact) -> Self;
 
-    /// A row of the function table.
+    /// Calls a function of the table.
     fn call(function: Function, arguments: &[Self]) -> Self;
 
-    /// x y + z, rounded once where numbers round.
+    /// x y + z, with one rounding if the type rounds.
     fn fused(x: Self, y: Self, z: Self) -> Self {
         x * y + z
     }
 
-    /// Binary digits of a number of the format that results are for.
+    /// Number of binary digits of the output format.
     fn digits() -> u32 {
         f64::MANTISSA_DIGITS
     }
 
-    /// The same value under a name: for those who record the computation.
+    /// The same value with a name, for types that record the computation.
     fn named(self, _name: &str) -> Self {
         self
     }
 }
 
-/// What can be computed with and compared.
+/// A type with arithmetic and comparisons.
 pub trait Number: Arithmetic {
-    /// Whether a comparison holds.
+    /// The truth value of a comparison.
     fn holds(comparison: Comparison, x: &Self, y: &Self) -> bool;
 }
 
-/// What can take one of two ways: numbers by comparing, a record of the computation by writing both down.
+/// A type that can choose between two computations: numbers compare, a record contains both.
 pub trait Choice: Arithmetic {
-    /// The first way if x < y, else the second; the last thing that a computation does.
+    /// `less` if x < y, else `otherwise`; the last operation of a computation.
     fn if_less(x: &Self, y: &Self, less: impl FnOnce() -> Self, otherwise: impl FnOnce() -> Self) -> Self;
 }
 

@@ -1,17 +1,17 @@
-//! Functions that no library has, or not every one, each order of derivative a primitive of its own.
+//! Functions that some or all libraries lack; each order of derivative is a separate primitive.
 //!
-//! Differentiating (1 − cos t)/t² as it is written loses every digit near t = 0. Here a power series serves where the
-//! closed form cancels, and a recurrence elsewhere; both are accurate to a few units of rounding of a double. No number on
-//! the way leaves the range where the result does not. Written over any [`Arithmetic`], so that the targets print the very
-//! computation that is evaluated here.
+//! The literal derivative of (1 − cos t)/t² loses every digit near t = 0. Here, a power series is used where
+//! the closed form cancels, and a recurrence elsewhere; both are accurate to a few units of rounding of a
+//! double. Intermediate values stay in range where the result does. The code is generic over [`Arithmetic`],
+//! so that the targets print exactly the computation that is evaluated here.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::math::number::{Arithmetic, Choice, Comparison, Number};
 use std::sync::OnceLock;
 
-/// A function that is defined by its code: its value by that code; `None` for those that all libraries have, and for the
-/// families of cos √s and of angles, which choose by more than one comparison.
+/// The value of a function that is defined by its code here. `None` for functions that all libraries have,
+/// and for the families of cos √s and of angles, which choose by more than one comparison.
 pub fn evaluate<N: Choice>(function: Function, x: &[N]) -> Option<N> {
     let x = || x[0].clone();
     Some(match function {
@@ -40,13 +40,13 @@ pub fn evaluate<N: Choice>(function: Function, x: &[N]) -> Option<N> {
     })
 }
 
-/// Whether a function's code is printed with kernels, in one of the targets at least.
+/// Whether a target prints the code of a function with kernels.
 pub fn is_printed(function: Function) -> bool {
     let family = matches!(function, Function::CosSqrt(_) | Function::AngleRatio(_));
     family || evaluate(function, &[0.5]).is_some()
 }
 
-/// A function of one argument.
+/// The value of a function of one argument.
 fn of<N: Arithmetic>(function: Function, x: N) -> N {
     N::call(function, &[x])
 }
@@ -55,7 +55,7 @@ fn integer<N: Arithmetic>(n: i64) -> N {
     N::exact(&Exact::from(n))
 }
 
-/// A number by its digits.
+/// A number from its decimal digits.
 fn number<N: Arithmetic>(digits: &str) -> N {
     N::exact(&decimal(digits))
 }
@@ -70,17 +70,17 @@ fn ln_2<N: Arithmetic>() -> N {
 
 const TWO_OVER_ROOT_PI: &str = "1.128379167095512573896158903121545171688101258657997713688";
 
-/// Beyond this e^(−x²) is zero, in every precision.
+/// For x beyond this, e^(−x²) is zero in every precision.
 fn vanishing<N: Arithmetic>() -> N {
     integer(30)
 }
 
-/// Beyond this x² + 1 and x² − 1 are x², in every precision.
+/// For x beyond this, x² + 1 and x² − 1 round to x² in every precision.
 fn large<N: Arithmetic>() -> N {
     integer(1 << 28)
 }
 
-/// asinh x = ±ln(1 + (a + a²/(1 + √(1 + a²)))) of a = |x|, 1/√(1 + x²), −x/√(1 + x²)³, (2x² − 1)/√(1 + x²)⁵.
+/// asinh x = ±ln(1 + (a + a²/(1 + √(1 + a²)))), a = |x|; 1/√(1 + x²), −x/√(1 + x²)³, (2x² − 1)/√(1 + x²)⁵.
 fn asinh<N: Choice>(n: u8, x: N) -> N {
     let one = integer::<N>(1);
     if n < 2 {
@@ -111,8 +111,8 @@ fn asinh<N: Choice>(n: u8, x: N) -> N {
     }
 }
 
-/// acosh x = ln(1 + (t + √(t (t + 2)))) of t = x − 1, 1/√(x² − 1), −x/√(x² − 1)³, (2x² + 1)/√(x² − 1)⁵, where x² − 1 is
-/// (x − 1)(x + 1).
+/// acosh x = ln(1 + (t + √(t (t + 2)))) with t = x − 1, 1/√(x² − 1), −x/√(x² − 1)³, (2x² + 1)/√(x² − 1)⁵,
+/// with x² − 1 computed as (x − 1)(x + 1).
 fn acosh<N: Choice>(n: u8, x: N) -> N {
     let one = integer::<N>(1);
     let (below, above) = (|| x.clone() - one.clone(), || x.clone() + one.clone());
@@ -139,7 +139,7 @@ fn acosh<N: Choice>(n: u8, x: N) -> N {
     }
 }
 
-/// atanh x = ±½ ln(1 + 2a/(1 − a)) of a = |x|, 1/d, 2x/d², (2 + 6x²)/d³ with d = (1 − x)(1 + x).
+/// atanh x = ±½ ln(1 + 2a/(1 − a)) with a = |x|, 1/d, 2x/d², (2 + 6x²)/d³ with d = (1 − x)(1 + x).
 fn atanh<N: Arithmetic>(n: u8, x: N) -> N {
     let (one, two) = (integer::<N>(1), integer::<N>(2));
     if n == 0 {
@@ -161,8 +161,8 @@ fn atanh<N: Arithmetic>(n: u8, x: N) -> N {
     }
 }
 
-/// dⁿ/dxⁿ sin(x)/x: near 0 by its power series, elsewhere from x f = sin x differentiated n times,
-/// f⁽ⁿ⁾ = (sin⁽ⁿ⁾ x − n f⁽ⁿ⁻¹⁾)/x.
+/// dⁿ/dxⁿ sin(x)/x: near 0 by its power series, elsewhere by f⁽ⁿ⁾ = (sin⁽ⁿ⁾ x − n f⁽ⁿ⁻¹⁾)/x, the n-th
+/// derivative of x f = sin x.
 fn sinc<N: Choice>(n: u32, x: N) -> N {
     static SERIES: Table = Table::new();
     let a = of(Function::Abs, x.clone());
@@ -196,7 +196,7 @@ fn sinc<N: Choice>(n: u32, x: N) -> N {
     )
 }
 
-/// The first coefficients of the power series of dⁿ/dxⁿ sin(x)/x in x², over x where n is odd:
+/// The first coefficients of the power series of dⁿ/dxⁿ sin(x)/x in x², divided by x if n is odd:
 /// Σ (−1)ᵏ (2k)!/((2k − n)! (2k + 1)!) x²ᵏ⁻ⁿ.
 fn sinc_series(n: u32, terms: u32) -> Vec<Exact> {
     let first = n.div_ceil(2);
@@ -210,10 +210,10 @@ fn sinc_series(n: u32, terms: u32) -> Vec<Exact> {
     (first..first + terms).map(coefficient).collect()
 }
 
-/// c e^(−x²) for |x| ≤ 30. The square loses digits that the exponential needs: x is rounded to half of them first, so that its square
-/// has all of its own.
+/// c e^(−x²) for |x| ≤ 30. Rounding x² loses digits of the exponential, so x is first rounded to half its
+/// digits, which makes its square exact; a second factor corrects the difference.
 fn times_gauss<N: Arithmetic>(c: N, x: N) -> N {
-    // Adding 3·2ᵏ leaves multiples of 2^(k + 2 − digits): 26 digits of x < 32, 12 of x < 16 in single precision.
+    // Adding and subtracting 3·2ᵏ leaves multiples of 2^(k + 2 − digits): 26 digits of x < 32, 12 of x < 16.
     let shift = integer::<N>(3 << if N::digits() > 24 { 30 } else { 14 });
     let shifted = (x.clone() + shift.clone()).named("shifted");
     let high = (shifted - shift).named("high");
@@ -222,8 +222,8 @@ fn times_gauss<N: Arithmetic>(c: N, x: N) -> N {
     product.clone() + product * rest
 }
 
-/// erfc x for x ≥ ½, as e^(−x²) P(s)/(1 + 2x) with s = (x − 3.5)/(x + 2.5): Shepherd and Laframboise, Chebyshev
-/// approximation of (1 + 2x) exp(x²) erfc x, Mathematics of Computation 36 (1981), here for x ≥ ½ and in powers of s.
+/// erfc x for x ≥ ½, as e^(−x²) P(s)/(1 + 2x) with s = (x − 3.5)/(x + 2.5): Shepherd and Laframboise,
+/// Chebyshev approximation of (1 + 2x) exp(x²) erfc x, Math. Comp. 36 (1981), for x ≥ ½ in powers of s.
 fn erfc_tail<N: Arithmetic>(x: N) -> N {
     const COEFFICIENTS: [f64; 23] = [
         1.2423492448711544,
@@ -322,7 +322,7 @@ pub fn cos_sqrt<N: Number>(n: u32, s: N) -> N {
     }
 }
 
-/// Below this s [`cos_sqrt_near`] is used; `None` where the closed form always serves.
+/// [`cos_sqrt_near`] is used for s below this; `None` if the closed form is always used.
 pub fn cos_sqrt_switch(n: u32) -> Option<Exact> {
     match n {
         0 => None,
@@ -383,7 +383,7 @@ pub fn angle_ratio<N: Number>(n: u32, m: N, w: N) -> N {
     }
 }
 
-/// Below this m/w², and for w > 0, [`angle_ratio_near`] is used.
+/// [`angle_ratio_near`] is used for w > 0 and m/w² below this.
 pub fn angle_ratio_switch() -> Exact {
     Exact::ratio(1, 4)
 }
@@ -430,7 +430,7 @@ pub fn angle_ratio_series(n: u32, terms: u32) -> Vec<Exact> {
     series
 }
 
-/// Σ cⱼ xʲ, from the highest power down.
+/// Σ cⱼ xʲ by Horner's method.
 fn horner<N: Arithmetic>(coefficients: &[Exact], x: N) -> N {
     let mut terms = coefficients.iter().enumerate().rev();
     let (_, last) = terms.next().expect("a series has a term");

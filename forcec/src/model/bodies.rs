@@ -1,13 +1,13 @@
-//! Bodies and parameters: what a kernel is given, as tables.
+//! Bodies and parameters: the arguments of a kernel, as tables.
 //!
-//! A body type is a row: what is stored, in which order, and how each stored field moves with the tangent.
-//! `Signature` is the one home of a kernel's layout; every target prints it, the graphs name its entries by `Slot`.
-//! What is known while compiling stands in it too: bodies that never move, parameters that never change.
+//! A row describes a body type: its stored fields, their order, and how each field changes along the tangent.
+//! `Signature` alone defines the layout of arguments: every target prints it, and graphs refer to entries by
+//! `Slot`. It also contains the facts known at compile time: fixed bodies, and parameters with known values.
 
 use crate::math::exact::Exact;
 use crate::model::outputs::Piece;
 
-/// How a stored field of a body moves along the body's tangent coordinates.
+/// How a stored field of a body changes along the body's tangent coordinates.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Role {
     /// x ← x + δx
@@ -25,9 +25,9 @@ pub enum Role {
 pub struct Field {
     /// Its name in the source and in the generated struct.
     pub name: &'static str,
-    /// How it moves.
+    /// How it changes along the tangent.
     pub role: Role,
-    /// How many reals it holds.
+    /// Number of reals that it stores.
     pub length: u32,
 }
 
@@ -38,15 +38,15 @@ pub struct BodyRow {
     pub name: &'static str,
     /// Its name in C, before the suffix of the precision.
     pub c_name: &'static str,
-    /// What it stores, in memory order.
+    /// Its stored fields, in memory order.
     pub fields: &'static [Field],
-    /// The names of its tangent coordinates, in order; every three form one block.
+    /// Names of its tangent coordinates, in order; every three coordinates form one block.
     pub coordinates: &'static [&'static str],
-    /// What it is, for the generated documentation.
+    /// Its description in the generated documentation.
     pub summary: &'static str,
 }
 
-/// Every body type.
+/// All body types.
 pub static BODIES: [BodyRow; 2] = [
     BodyRow {
         name: "Rigid",
@@ -72,7 +72,7 @@ pub static BODIES: [BodyRow; 2] = [
     },
 ];
 
-/// A body type, by its row.
+/// A body type, by its index in [`BODIES`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct BodyKind(u8);
 
@@ -82,22 +82,22 @@ impl BodyKind {
     /// `Particle`
     pub const PARTICLE: BodyKind = BodyKind(1);
 
-    /// The body type of that name.
+    /// The body type with this name.
     pub fn named(name: &str) -> Option<BodyKind> {
         BODIES.iter().position(|row| row.name == name).map(|i| BodyKind(i as u8))
     }
 
-    /// Its row.
+    /// Its row in [`BODIES`].
     pub fn row(self) -> &'static BodyRow {
         &BODIES[self.0 as usize]
     }
 
-    /// Degrees of freedom.
+    /// Number of degrees of freedom.
     pub fn freedoms(self) -> usize {
         self.row().coordinates.len()
     }
 
-    /// The index of the field with that role.
+    /// Index of the field with this role.
     pub fn field(self, role: Role) -> Option<u8> {
         self.row().fields.iter().position(|f| f.role == role).map(|i| i as u8)
     }
@@ -108,18 +108,18 @@ impl BodyKind {
 pub enum ParameterType {
     /// One real.
     Real,
-    /// n reals.
+    /// A vector of n reals.
     Vector(u32),
-    /// n × n reals, row by row.
+    /// An n × n matrix, row by row.
     Matrix(u32),
-    /// x, y, z, w.
+    /// A quaternion x, y, z, w.
     Quaternion,
-    /// Several of one type.
+    /// An array of elements of one type.
     Array(u32, Box<ParameterType>),
 }
 
 impl ParameterType {
-    /// The extents of the array it is in C, outermost first; empty for a real.
+    /// Extents of the array in C, outermost first; empty for a real.
     pub fn extents(&self) -> Vec<u32> {
         match self {
             ParameterType::Real => vec![],
@@ -134,7 +134,7 @@ impl ParameterType {
         }
     }
 
-    /// What it holds, if it is an array.
+    /// The innermost element type of an array.
     pub fn innermost(&self) -> &ParameterType {
         let mut innermost = self;
         while let ParameterType::Array(_, element) = innermost {
@@ -143,29 +143,29 @@ impl ParameterType {
         innermost
     }
 
-    /// How many reals it holds.
+    /// Number of reals it stores.
     pub fn length(&self) -> u64 {
         self.extents().iter().map(|&n| u64::from(n)).product()
     }
 }
 
-/// What the user states about a parameter's values in `#[domain(…)]`.
+/// The domain of a parameter that `#[domain(…)]` states.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Domain {
-    /// Nothing.
+    /// No stated domain.
     Any,
     /// Every entry lies in a closed range.
     Range(f64, f64),
-    /// A vector or quaternion of length one.
+    /// Vectors or quaternions of length one.
     Unit,
 }
 
-/// A range that is stated of every entry of a field of a body.
+/// Stated range of every entry of a field of a body.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct FieldDomain {
     /// Index of the body.
     pub body: u16,
-    /// The field.
+    /// The role of the field.
     pub role: Role,
     /// The smallest value.
     pub low: f64,
@@ -173,21 +173,21 @@ pub struct FieldDomain {
     pub high: f64,
 }
 
-/// Where a function's own numbers are. It changes nothing in a kernel: states to check it at are drawn there.
+/// The length scale of a function. It has no effect on kernels; it decides where check states are drawn.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Scale {
-    /// The length that bodies are apart by, where it is stated or the domains of parameters tell; of order one else.
+    /// The typical distance of bodies, stated or guessed from domains of parameters; `None` if of order one.
     pub length: Option<f64>,
-    /// The powers of a length that the parameters are, as far as sums and comparisons tell; 0 for the others.
+    /// Exponent of length of each parameter, inferred from sums and comparisons; 0 if unknown.
     pub powers: Vec<f64>,
-    /// Further lengths that domains and numbers of the text name.
+    /// Further lengths, from domains and literals.
     pub named: Vec<f64>,
-    /// Ranges of fields.
+    /// Stated ranges of fields.
     pub fields: Vec<FieldDomain>,
 }
 
 impl Scale {
-    /// The range that is stated of a field.
+    /// Stated range of a field.
     pub fn field(&self, body: usize, role: Role) -> Option<(f64, f64)> {
         let field = self.fields.iter().find(|field| (usize::from(field.body), field.role) == (body, role));
         field.map(|field| (field.low, field.high))
@@ -199,9 +199,9 @@ impl Scale {
 pub struct Body {
     /// Its name in the source.
     pub name: String,
-    /// Its type.
+    /// Its body type.
     pub kind: BodyKind,
-    /// Whether it never moves: it has a pose, but no velocity, no degrees of freedom and no force.
+    /// Whether it is fixed: it has a pose, but no velocity, no degrees of freedom and no force.
     pub fixed: bool,
 }
 
@@ -212,33 +212,33 @@ pub struct Parameter {
     pub name: String,
     /// Its type.
     pub ty: ParameterType,
-    /// Its stated range.
+    /// Its stated domain.
     pub domain: Domain,
-    /// Its value, entry by entry, if that is known while compiling; then it is no argument of the kernel.
+    /// Its value, entry by entry, if known at compile time; then it is not an argument of the kernel.
     pub value: Option<Vec<Exact>>,
 }
 
 /// A kernel's arguments: bodies first, then parameters, in source order; `stiffness` and `damping` last.
 #[derive(Clone, Debug, Default)]
 pub struct Signature {
-    /// The bodies.
+    /// The body arguments.
     pub bodies: Vec<Body>,
-    /// The parameters.
+    /// All parameters.
     pub parameters: Vec<Parameter>,
-    /// Rows of C; one for an energy, none for a force.
+    /// Number of rows of C; 1 for an energy, 0 for a force.
     pub rows: usize,
-    /// What some results take beside bodies and parameters, as arguments of their own: a time step, a direction.
+    /// The extra arguments that some outputs require, such as a time step or a direction.
     pub extras: Vec<Parameter>,
-    /// What a layout stores in place of results.
+    /// The outputs that a layout stores in place of others.
     pub pieces: Vec<Piece>,
-    /// Whether the parameters are what the kernel is prepared with: values computed from those of the source.
+    /// Whether the parameters include precomputed values, derived from the parameters of the source.
     pub prepared: bool,
-    /// Where states are drawn.
+    /// The length scale of states.
     pub scale: Scale,
 }
 
-/// One real entry of an argument: an argument, a field of it, and a flat offset in memory order.
-/// Arguments count bodies first, then parameters, then extras; a parameter or extra has the one field 0.
+/// One real entry of an argument: the argument, its field, and a flat offset in memory order. Arguments are
+/// numbered bodies first, then parameters, then extra arguments; only bodies have more than one field.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Slot {
     /// Index of the argument.
@@ -254,7 +254,7 @@ pub struct Slot {
 pub struct Block {
     /// Index of the body.
     pub body: u16,
-    /// What moves: the translation or rotation of the pose, or of the velocity.
+    /// The role: the translation or rotation of the pose, or of the velocity.
     pub role: Role,
 }
 
@@ -264,12 +264,12 @@ impl Signature {
         self.moving().map(|(_, body)| body.kind.freedoms()).sum()
     }
 
-    /// The bodies that move, with their positions among the arguments.
+    /// Moving bodies, with their indices among the arguments.
     pub fn moving(&self) -> impl Iterator<Item = (usize, &Body)> {
         self.bodies.iter().enumerate().filter(|(_, body)| !body.fixed)
     }
 
-    /// The value of an entry, if it is known while compiling.
+    /// The value of an entry, if it is known at compile time.
     pub fn known(&self, slot: Slot) -> Option<Exact> {
         match self.bodies.get(slot.argument as usize) {
             Some(body) => {
@@ -280,19 +280,19 @@ impl Signature {
         }
     }
 
-    /// The number an entry is put in for at once: 0, ±1, ±2 or ±½. Other known values stand under their name: they would
-    /// only turn up in more coefficients, and each of these would be multiplied for itself.
+    /// The value of an entry if it is folded into expressions: 0, ±1, ±2 or ±½. Other known values stay named
+    /// inputs: folding them would create more distinct coefficients, each with a multiplication of its own.
     pub fn folded(&self, slot: Slot) -> Option<Exact> {
         let simple = [(0, 1), (1, 1), (2, 1), (1, 2)].map(|(over, under)| Exact::ratio(over, under));
         self.known(slot).filter(|value| simple.contains(&value.abs()))
     }
 
-    /// The parameters that are arguments, with their positions: those whose value is not known.
+    /// The parameters that are arguments because their values are unknown, with their indices.
     pub fn given(&self) -> impl Iterator<Item = (usize, &Parameter)> {
         self.parameters.iter().enumerate().filter(|(_, parameter)| parameter.value.is_none())
     }
 
-    /// Whether a kernel has parameters as an argument.
+    /// Whether the kernel has a parameter that is an argument.
     pub fn has_given(&self) -> bool {
         self.given().next().is_some()
     }
@@ -309,29 +309,29 @@ impl Signature {
         Some(Slot { argument: body, field, offset: 0 })
     }
 
-    /// The slot of a parameter's entry.
+    /// Slot of an entry of a parameter.
     pub fn parameter_slot(&self, parameter: usize, offset: u32) -> Slot {
         Slot { argument: (self.bodies.len() + parameter) as u16, field: 0, offset }
     }
 
-    /// The slot of an entry of an extra.
+    /// Slot of an entry of an extra argument.
     pub fn extra_slot(&self, extra: &str, offset: u32) -> Option<Slot> {
         let place = self.extras.iter().position(|own| own.name == extra)?;
         Some(self.parameter_slot(self.parameters.len() + place, offset))
     }
 
-    /// The extras that are arguments, with their positions.
+    /// The extra arguments without known values, with their indices.
     pub fn given_extras(&self) -> impl Iterator<Item = (usize, &Parameter)> {
         self.extras.iter().enumerate().filter(|(_, extra)| extra.value.is_none())
     }
 
-    /// The parameter or extra a slot belongs to, if it is one.
+    /// The parameter or extra argument that a slot belongs to, if any.
     pub fn parameter(&self, slot: Slot) -> Option<&Parameter> {
         let index = (slot.argument as usize).checked_sub(self.bodies.len())?;
         self.parameters.get(index).or_else(|| self.extras.get(index - self.parameters.len()))
     }
 
-    /// The position among the extras of the one a slot belongs to, if it is one.
+    /// Index of the extra argument that a slot belongs to, if any.
     pub fn extra(&self, slot: Slot) -> Option<usize> {
         (slot.argument as usize).checked_sub(self.bodies.len() + self.parameters.len())
     }
@@ -367,7 +367,7 @@ impl Signature {
         names
     }
 
-    /// What a person calls a slot: `a.position.x`, `arm_a.y`, `coefficients[2]`.
+    /// The name of a slot in messages: `a.position.x`, `arm_a.y`, `coefficients[2]`.
     pub fn slot_name(&self, slot: Slot) -> String {
         const AXES: [&str; 4] = ["x", "y", "z", "w"];
         if let Some(body) = self.bodies.get(slot.argument as usize) {
@@ -390,7 +390,7 @@ impl Signature {
         name
     }
 
-    /// What a vector or quaternion that begins at a slot is called: its first entry's name without the last index.
+    /// The name of a vector or quaternion at a slot: the name of its first entry without the last index.
     pub fn whole_name(&self, slot: Slot) -> String {
         let mut name = self.slot_name(slot);
         name.truncate(name.rfind(['.', '[']).unwrap_or(name.len()));
@@ -398,7 +398,7 @@ impl Signature {
     }
 }
 
-/// The indices, outermost first, of a flat offset into an array of these extents.
+/// The indices, outermost first, of a flat offset in an array of these extents.
 pub fn indices(extents: &[u32], offset: u32) -> Vec<u32> {
     let mut rest = offset;
     let mut indices = Vec::new();

@@ -1,4 +1,4 @@
-//! What a kernel takes and computes: bodies and parameters, and the outputs.
+//! The arguments and the outputs of a kernel.
 
 pub mod bodies;
 pub mod outputs;

@@ -1,13 +1,13 @@
-//! What a kernel may compute: its results, as a table.
+//! The outputs of a kernel, as a table.
 //!
-//! A result is a row: its name in the source and in the output struct, what it is, and what its rows and columns count.
-//! Kernels compute any choice of them, in the order of the table.
+//! A row describes an output: its name in the source and in the output struct, its description, and the
+//! meaning of its rows and columns. Kernels compute any subset of the outputs, in the order of the table.
 
 use crate::model::bodies::{Domain, Parameter, ParameterType, Signature};
 use std::fmt;
 use std::ops::Range;
 
-/// One of the results of a kernel.
+/// An output of a kernel.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Part {
     /// C, or E
@@ -30,42 +30,42 @@ pub enum Part {
     Matrix,
     /// h ∂λ/∂V + h² ∂λ/∂X
     MultiplierStep,
-    /// `Matrix` where λ is given
+    /// `Matrix` with given λ in the geometric stiffness
     Held,
     /// ∂F/∂X p
     DfdxProduct,
     /// ∂F/∂V p
     DfdvProduct,
-    /// A list that a layout makes of other results, by its position in the signature
+    /// A list of entries of other outputs, by its index in the signature
     List(u16),
-    /// A matrix that a layout makes of other results, by its position in the signature
+    /// A matrix of entries of other outputs, by its index in the signature
     Block(u16),
 }
 
-/// What the rows or columns of a result count.
+/// The meaning of the rows or columns of an output.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Axis {
-    /// Rows of C; of an energy there is one.
+    /// Rows of C; an energy has one.
     Row,
-    /// Coordinates of the bodies that move.
+    /// Coordinates of the moving bodies.
     Coordinate,
-    /// Entries of a piece that a layout makes.
+    /// Entries of an output that a layout makes.
     Entry,
 }
 
-/// What a kernel takes beside bodies and parameters, for some of its results.
+/// An extra argument of kernels, which some outputs require.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Extra {
-    /// h
+    /// The time step h
     Step,
-    /// p
+    /// The direction p
     Direction,
-    /// What stands for λ
+    /// The multipliers in place of λ
     Multipliers,
 }
 
 impl Extra {
-    /// As an argument of kernels with this signature.
+    /// The parameter of kernels with this signature.
     pub fn parameter(self, signature: &Signature) -> Parameter {
         let list = |length: usize| ParameterType::Array(length as u32, Box::new(ParameterType::Real));
         let (name, ty) = match self {
@@ -77,28 +77,28 @@ impl Extra {
     }
 }
 
-/// What is known of a result.
+/// A row of the table of outputs.
 #[derive(Debug)]
 pub struct PartRow {
-    /// Which it is.
+    /// The output.
     pub part: Part,
     /// Its field in the output struct.
     pub name: &'static str,
-    /// What a reader calls it.
+    /// Its title, a formula such as `dF/dX`.
     pub title: &'static str,
-    /// What its rows count.
+    /// The meaning of its rows.
     pub rows: Axis,
-    /// What its columns count; `None` for a list.
+    /// The meaning of its columns; `None` for a list.
     pub columns: Option<Axis>,
-    /// What else it is made of.
+    /// The extra arguments that it requires.
     pub extras: &'static [Extra],
     /// Whether only constraints have it.
     pub of_constraints: bool,
-    /// What it is, for the generated documentation.
+    /// Its description in the generated documentation.
     pub summary: &'static str,
 }
 
-/// Every result, in the order in which they are stored.
+/// All outputs, in the order of storage.
 pub static PARTS: [PartRow; 15] = [
     PartRow {
         part: Part::Value,
@@ -252,32 +252,32 @@ pub static PARTS: [PartRow; 15] = [
     },
 ];
 
-/// What a layout stores in place of results, or of a part of one. The names are those of the source.
+/// An output that a layout stores in place of others, or of a part of one. Names are those of the source.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Piece {
-    /// So many entries of all results, in a list.
+    /// A list with this number of entries of all outputs.
     Entries(usize),
-    /// Some rows, and columns if it has any, of a result.
+    /// A block of rows, and of columns if there are any, of an output.
     Block {
-        /// Which result.
+        /// The output.
         part: Part,
-        /// Its rows, those of a body unless they count otherwise.
+        /// Its rows: those of a body, or all rows if they are not coordinates.
         rows: Range<usize>,
-        /// Its columns, those of a body; 0 .. 1 of a list.
+        /// Its columns: those of a body, or 0 .. 1 for a list.
         columns: Range<usize>,
-        /// What the rows and columns belong to: the names of bodies.
+        /// Names of the bodies that the rows and columns belong to.
         of: Vec<String>,
-        /// What it is called: no other piece is, whatever the bodies are called.
+        /// Its name, unique among all blocks of the kernel.
         name: String,
     },
     /// The upper triangle of a symmetric matrix, row by row.
     Triangle(Part),
-    /// Values that are computed once, by their names.
+    /// Precomputed values, by name.
     Values(Vec<String>),
 }
 
 impl Piece {
-    /// The name of its field.
+    /// The name of the field that stores it.
     pub fn name(&self) -> String {
         match self {
             Piece::Entries(_) => "entries".to_owned(),
@@ -287,7 +287,7 @@ impl Piece {
         }
     }
 
-    /// What it is, for the generated documentation.
+    /// Its description in the generated documentation.
     pub fn summary(&self) -> String {
         match self {
             Piece::Entries(_) => "each distinct entry of the results that is not zero, once".to_owned(),
@@ -304,7 +304,7 @@ impl Piece {
         }
     }
 
-    /// What a reader calls it.
+    /// Its title for readers.
     pub fn title(&self) -> String {
         match self {
             Piece::Entries(_) => "entries".to_owned(),
@@ -314,7 +314,7 @@ impl Piece {
         }
     }
 
-    /// How many rows and columns it has.
+    /// Numbers of rows and columns.
     fn shape(&self, signature: &Signature) -> (usize, usize) {
         match self {
             Piece::Entries(count) => (*count, 1),
@@ -329,10 +329,10 @@ impl Piece {
 }
 
 impl Part {
-    /// What kernels compute unless told otherwise.
+    /// The outputs that kernels compute by default.
     pub const DEFAULT: [Part; 3] = [Part::Force, Part::Dfdx, Part::Dfdv];
 
-    /// What may be asked for, and what it stands for: `value` is C with its rate.
+    /// Names of requests, and the outputs that each selects: `value` is C with its rate.
     pub const CHOICES: [(&'static str, &'static [Part]); 12] = [
         ("value", &[Part::Value, Part::Rate]),
         ("jacobian", &[Part::Jacobian]),
@@ -348,7 +348,7 @@ impl Part {
         ("dfdv_product", &[Part::DfdvProduct]),
     ];
 
-    /// The results that were asked for by name, in the order of the table; or the first name that is none.
+    /// The outputs with these names, in the order of the table; or the first unknown name.
     pub fn chosen<'n>(names: impl IntoIterator<Item = &'n str>) -> Result<Vec<Part>, &'n str> {
         let mut parts = Vec::new();
         for name in names {
@@ -358,7 +358,7 @@ impl Part {
         Ok(Part::in_order(parts))
     }
 
-    /// What these results take beside bodies and parameters.
+    /// The extra arguments that these outputs require.
     pub fn extras(parts: &[Part]) -> Vec<Extra> {
         let mut extras: Vec<Extra> = parts.iter().flat_map(|part| part.row().extras).copied().collect();
         extras.sort_unstable();
@@ -366,20 +366,20 @@ impl Part {
         extras
     }
 
-    /// The same results in the order of the table, each once.
+    /// The same outputs in the order of the table, without duplicates.
     pub fn in_order(mut parts: Vec<Part>) -> Vec<Part> {
         parts.sort_unstable();
         parts.dedup();
         parts
     }
 
-    /// Its row.
+    /// The row of the output.
     pub fn row(self) -> &'static PartRow {
         let own = |row: &&PartRow| std::mem::discriminant(&row.part) == std::mem::discriminant(&self);
         PARTS.iter().find(own).expect("a result has a row")
     }
 
-    /// What a layout made, if this is it.
+    /// The output that a layout made, if this is one.
     pub fn piece(self, signature: &Signature) -> Option<&Piece> {
         match self {
             Part::List(place) | Part::Block(place) => signature.pieces.get(place as usize),
@@ -392,27 +392,27 @@ impl Part {
         self.row().name
     }
 
-    /// What a reader calls it.
+    /// Its title, a formula such as `dF/dX`.
     pub fn title(self) -> &'static str {
         self.row().title
     }
 
-    /// Its name as the source would spell it, in a kernel with this signature.
+    /// Its name in the style of the source, in a kernel with this signature.
     pub fn stem(self, signature: &Signature) -> String {
         self.piece(signature).map_or_else(|| self.name().to_owned(), Piece::name)
     }
 
-    /// What it is, in a kernel with this signature.
+    /// Its description in a kernel with this signature.
     pub fn summary(self, signature: &Signature) -> String {
         self.piece(signature).map_or_else(|| self.row().summary.to_owned(), Piece::summary)
     }
 
-    /// What a reader calls it, in a kernel with this signature.
+    /// Its title in a kernel with this signature.
     pub fn titled(self, signature: &Signature) -> String {
         self.piece(signature).map_or_else(|| self.title().to_owned(), Piece::title)
     }
 
-    /// How many rows and columns it has; a list has one column.
+    /// Numbers of rows and columns; a list has one column.
     pub fn shape(self, signature: &Signature) -> (usize, usize) {
         if let Some(piece) = self.piece(signature) {
             return piece.shape(signature);
@@ -425,13 +425,13 @@ impl Part {
         (length(self.row().rows), self.row().columns.map_or(1, length))
     }
 
-    /// How many entries it has.
+    /// Number of entries.
     pub fn length(self, signature: &Signature) -> usize {
         let (rows, columns) = self.shape(signature);
         rows * columns
     }
 
-    /// Whether it is a list and no matrix.
+    /// Whether the output is a list, not a matrix.
     pub fn is_list(self) -> bool {
         self.row().columns.is_none()
     }
@@ -443,33 +443,33 @@ impl fmt::Display for Part {
     }
 }
 
-/// One entry of the results.
+/// One entry of an output.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Output {
-    /// Which result.
+    /// The output.
     pub part: Part,
-    /// Its row: the coordinate of a force.
+    /// The row of the entry: for a force, the coordinate.
     pub row: usize,
-    /// Its column: the coordinate it is differentiated by; 0 in a list.
+    /// The column of the entry: the coordinate of differentiation; 0 in a list.
     pub column: usize,
 }
 
 impl Output {
-    /// An entry.
+    /// An entry, by output, row and column.
     pub fn new(part: Part, row: usize, column: usize) -> Output {
         Output { part, row, column }
     }
 
-    /// What a person calls it: `dfdx[a.ry][b.x]`, `jacobian[2][b.x]`.
+    /// The name in messages: `dfdx[a.ry][b.x]`, `jacobian[2][b.x]`.
     pub fn named(self, signature: &Signature) -> String {
         let column = self.column..self.column + 1;
         spans(self.part, &(self.row..self.row + 1), &[column], signature)
     }
 }
 
-/// What a person calls some rows of a result, or some columns of these: `dfdx[a.x .. a.rz][b.x, b.z]`.
+/// The name of some rows and columns of an output in messages: `dfdx[a.x .. a.rz][b.x, b.z]`.
 pub fn spans(part: Part, rows: &Range<usize>, columns: &[Range<usize>], signature: &Signature) -> String {
-    // A block is part of a result that has names for its rows and columns.
+    // A block is a part of an output whose rows and columns have names.
     let (part, first, column) = match part.piece(signature) {
         Some(Piece::Block { part, rows, columns, .. }) => (*part, rows.start, columns.start),
         _ => (part, 0, 0),
@@ -483,7 +483,7 @@ pub fn spans(part: Part, rows: &Range<usize>, columns: &[Range<usize>], signatur
     format!("{}[{}]{columns}", part.stem(signature), span(part.row().rows, &moved(rows, first), signature))
 }
 
-/// What a person calls rows or columns of a result: `a.x .. a.rz`, `0 .. 2`.
+/// The name of some rows or columns of an output in messages: `a.x .. a.rz`, `0 .. 2`.
 fn span(axis: Axis, range: &Range<usize>, signature: &Signature) -> String {
     let coordinates = signature.coordinate_names();
     let label = |index: usize| match axis {
@@ -496,36 +496,36 @@ fn span(axis: Axis, range: &Range<usize>, signature: &Signature) -> String {
     }
 }
 
-/// The entries of one result, row by row.
+/// Entries of one output, row by row.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Array<T> {
-    /// Which result.
+    /// The output.
     pub part: Part,
-    /// How many columns it has; one if it is a list.
+    /// Number of columns; 1 for a list.
     pub columns: usize,
-    /// Its entries.
+    /// The entries, row by row.
     pub entries: Vec<T>,
 }
 
-/// The entries of a result among some, row by row; none if it is not there.
+/// Entries of an output, row by row; empty if `arrays` does not contain it.
 pub fn entries<T>(arrays: &[Array<T>], part: Part) -> &[T] {
     arrays.iter().find(|array| array.part == part).map_or(&[], |array| &array.entries)
 }
 
 impl<T> Array<T> {
-    /// A result of a kernel with these arguments.
+    /// Entries of an output in a kernel with this signature.
     pub fn new(part: Part, signature: &Signature, entries: Vec<T>) -> Array<T> {
         Array { part, columns: part.shape(signature).1, entries }
     }
 
-    /// Its entries with their places.
+    /// Entries with their positions.
     pub fn outputs(&self) -> impl Iterator<Item = (Output, &T)> {
         let (part, columns) = (self.part, self.columns.max(1));
         let place = move |(k, entry)| (Output::new(part, k / columns, k % columns), entry);
         self.entries.iter().enumerate().map(place)
     }
 
-    /// Its rows.
+    /// The rows of entries.
     pub fn rows(&self) -> impl Iterator<Item = &[T]> {
         self.entries.chunks(self.columns.max(1))
     }

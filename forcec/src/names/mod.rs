@@ -1,15 +1,15 @@
-//! Identifiers: what the names of a source are called in the kernels, in C and in Rust.
+//! Identifiers: the names in kernels in C and in Rust, derived from the names in a source.
 //!
-//! In: names as their author wrote them, ASCII identifiers of Rust. Out: names that are no keyword, hide nothing, meet
-//! no macro and no other name, and that no compiler warns about. Names that can stay as they are do; of the others
-//! each is spelled as its target wants it, and where that is taken gets `_` behind it, or else a number.
+//! In: names as the author wrote them, ASCII identifiers of Rust. Out: unique names that are not keywords or
+//! macros, shadow nothing, and cause no compiler warning. A valid name is kept. Any other name is converted
+//! to the style of the target; if the result is taken, it gets the suffix `_`, or else a number.
 
 use crate::model::bodies::Signature;
 use crate::model::outputs::{Part, Piece};
 use rustc_hash::FxHashSet;
 use std::sync::LazyLock;
 
-/// A language kernels are printed in.
+/// A language that kernels are printed in.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Target {
     /// C99
@@ -19,10 +19,10 @@ pub enum Target {
 }
 
 impl Target {
-    /// Every language.
+    /// All languages.
     pub const ALL: [Target; 2] = [Target::C, Target::Rust];
 
-    /// Its name.
+    /// The name in options.
     pub fn name(self) -> &'static str {
         match self {
             Target::C => "c",
@@ -31,9 +31,9 @@ impl Target {
     }
 }
 
-/// Keywords of C up to C23 and of C++ up to C++26, those of common extensions, and the macros, spelled like names, that
-/// `<math.h>` brings or compilers define. Macros of `<complex.h>`, `<errno.h>` and `<stdio.h>` are among them because a
-/// program may include these first.
+/// Keywords of C up to C23, of C++ up to C++26 and of common extensions, and macros with the form of names
+/// that `<math.h>` or compilers define. Macros of `<complex.h>`, `<errno.h>` and `<stdio.h>` are included
+/// because a program may include these headers first.
 const C_WORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t \
     char8_t class co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue \
     contract_assert decltype default delete do double dynamic_cast else enum explicit export extern false float for \
@@ -50,7 +50,7 @@ const C_WORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool bre
     EXIT_FAILURE EXIT_SUCCESS FD_SETSIZE MB_CUR_MAX NFDBITS RAND_MAX WCONTINUED WEXITED WNOHANG WNOWAIT WSTOPPED \
     WUNTRACED FORCEC_PI FORCEC_PI_F32 FORCEC_APART";
 
-/// The constants of `<math.h>`, without what the GNU library may put behind them.
+/// The constants of `<math.h>`, without the suffixes of the GNU library.
 const C_CONSTANTS: &str = "M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2 \
     M_SQRT1_2 M_TWOPI M_3PI_4 M_SQRTPI M_SQRT3 M_LN2LO M_LN2HI M_IVLN10 M_LOG2_E M_INVLN2";
 
@@ -59,8 +59,8 @@ const RUST_WORDS: &str = "abstract as async await become box break const continu
     final fn for gen if impl in let loop macro match mod move mut override priv pub ref return self static struct \
     super trait true try type typeof unsafe unsized use virtual where while yield";
 
-/// Functions of `<math.h>`, without the suffixes `f` and `l`, and other words that a local name should not be: what it
-/// would hide, what headers of some platforms define, and what clippy asks nobody to use.
+/// Functions of `<math.h>`, without the suffixes `f` and `l`, and other words that are unsuitable as local
+/// names: they would shadow a function, headers of some platforms define them, or clippy warns about them.
 const LOCAL_WORDS: &str = "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 \
     fabs fdim floor fma fmax fmin fmod frexp gamma hypot ilogb ldexp lgamma llrint llround log log10 log1p log2 logb \
     lrint lround modf nan nearbyint nextafter nexttoward pow remainder remquo rint round scalbln scalbn signbit sin \
@@ -68,7 +68,7 @@ const LOCAL_WORDS: &str = "acos acosh asin asinh atan atan2 atanh cbrt ceil copy
     isfinite isnormal fpclassify abs labs div index main printf malloc free time clock near far min max small hyper \
     interface evaluate f32 f64 usize core std foo baz quux sinc erf_slope logistic logistic_slope softplus ln_cosh";
 
-/// Whether Rust has a module of this name, in a file of this name.
+/// Whether a Rust module and its file can have this name.
 pub(crate) fn is_module(stem: &str) -> bool {
     let letters = stem.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
     let first = stem.bytes().next().is_some_and(|byte| !byte.is_ascii_digit());
@@ -79,20 +79,20 @@ fn is_in(word: &str, list: &str) -> bool {
     list.split_ascii_whitespace().any(|entry| entry == word)
 }
 
-/// Whether this is a macro of one of two families: a constant of `<math.h>`, or the guard of a header of ours.
+/// Whether this is a macro: a constant of `<math.h>`, or the include guard of a generated header.
 fn is_macro(name: &str) -> bool {
     let gnu = ["", "f", "l", "f32", "f64", "f128", "f32x", "f64x"];
     let constant = |end: &&str| name.strip_suffix(*end).is_some_and(|base| is_in(base, C_CONSTANTS));
     name.starts_with("M_") && gnu.iter().any(constant) || name.starts_with("FORCEC_") && name.ends_with("_H")
 }
 
-/// Whether a field of a struct may not be called so. Fields stand beside each other only.
+/// Whether a field of a struct must not have this name. A field conflicts only with other fields.
 fn is_no_field(name: &str, target: Target) -> bool {
     let keyword = target == Target::Rust && is_in(name, RUST_WORDS);
     keyword || is_in(name, C_WORDS) || ["out", "params"].contains(&name) || is_macro(name)
 }
 
-/// Whether a body or a temporary may not be called so, in any target: it would hide a function, or a type.
+/// Whether a body or temporary must not have this name: in some target, it would shadow a function or type.
 pub(crate) fn is_no_local(name: &str) -> bool {
     static WORDS: LazyLock<FxHashSet<String>> = LazyLock::new(|| {
         let words = [C_WORDS, RUST_WORDS, LOCAL_WORDS, "out params prepared shared lane"].into_iter();
@@ -101,16 +101,16 @@ pub(crate) fn is_no_local(name: &str) -> bool {
         let precise = functions.flat_map(|name| [format!("{name}f"), format!("{name}l")]);
         words.chain(precise).collect()
     });
-    // Ours: in C every type and function ends in its precision, in Rust the special functions in their order.
+    // Names of ours: in C, types and functions end in the precision; in Rust, special functions in the order.
     let precise = || name.ends_with("_f64") || name.ends_with("_f32");
     const FAMILIES: [&str; 6] = ["cos_sqrt_", "angle_ratio_", "asinh_", "acosh_", "atanh_", "sinc_"];
     let order = || FAMILIES.iter().find_map(|family| name.strip_prefix(family));
     WORDS.contains(name) || is_macro(name) || precise() || order().is_some_and(|order| order.len() == 1)
 }
 
-/// A name as a target wants it, whether it may be used or not: without two underscores together, which C++ reserves; in C
-/// without one before a leading capital; in Rust in snake case, as its compiler suggests it. What is no letter or digit
-/// becomes an underscore, and a name without a letter gets one.
+/// A name in the style of a target, not necessarily a free one: without adjacent underscores, which C++
+/// reserves; in C without an underscore before a leading capital; in Rust in snake case, as rustc suggests.
+/// Characters that are neither letters nor digits become underscores, and a name without letters gets one.
 pub(crate) fn spelled(name: &str, target: Target) -> String {
     let mut text = String::new();
     let mut before = '_';
@@ -131,9 +131,9 @@ pub(crate) fn spelled(name: &str, target: Target) -> String {
     if text.contains(|c: char| c.is_ascii_alphabetic()) { text } else { format!("x{text}") }
 }
 
-/// What these names are called where they stand side by side, each given as its author wrote it and as it is spelled.
+/// Unique names in one scope. Each name is given as the author wrote it and in the style of the target.
 fn distinct(names: &[(&str, String)], reserved: impl Fn(&str) -> bool) -> Vec<String> {
-    // Of two that are called the same the first stays.
+    // Of two equal names, the first is kept.
     let mut taken: FxHashSet<String> = FxHashSet::default();
     let mut stay = |(name, spelled): &(&str, String)| {
         name == spelled && !reserved(name) && taken.insert(spelled.clone())
@@ -149,31 +149,31 @@ fn distinct(names: &[(&str, String)], reserved: impl Fn(&str) -> bool) -> Vec<St
     names.map(|((_, spelled), stays)| if stays { spelled.clone() } else { free(spelled) }).collect()
 }
 
-/// What a kernel's arguments are called in a target.
+/// Names of a kernel's arguments in a target.
 #[derive(Clone, Debug, Default)]
 pub struct Arguments {
-    /// The bodies, which stand beside `params`, `out` and the temporaries.
+    /// The bodies, in one scope with `params`, `out` and the temporaries.
     pub bodies: Vec<String>,
-    /// The struct of the parameters.
+    /// The argument that contains the parameters.
     pub given: &'static str,
     /// The parameters, fields of a struct.
     pub parameters: Vec<String>,
-    /// What some results take beside these, arguments like the bodies.
+    /// The extra arguments, in the same scope as the bodies.
     pub extras: Vec<String>,
-    /// What a layout stores in place of results, fields of a struct.
+    /// The outputs that a layout stores in place of others, fields of a struct.
     pub pieces: Vec<String>,
 }
 
 impl Arguments {
-    /// The names of a signature's arguments.
+    /// Chooses the names of a signature's arguments.
     pub fn new(signature: &Signature, target: Target) -> Arguments {
-        // A body that is not read gets an underscore in front in Rust, so that no other may have one there.
+        // In Rust, an unread body gets a leading underscore, so no other body may have one.
         let bare = |name: &str| spelled(name.trim_start_matches('_'), target);
         let bodies = signature.bodies.iter().map(|body| (body.name.as_str(), bare(&body.name)));
         let parameters = signature.parameters.iter().map(|parameter| parameter.name.as_str());
         let parameters = parameters.map(|name| (name, spelled(name, target)));
         let extras = signature.extras.iter().map(|extra| (extra.name.as_str(), extra.name.clone()));
-        // Before the bodies, so that they stay what callers know them by.
+        // Extra arguments first, so that bodies do not change their names.
         let mut extras = distinct(&extras.chain(bodies).collect::<Vec<_>>(), is_no_local);
         let locals = extras.split_off(signature.extras.len());
         let fields = |names: &[(&str, String)]| distinct(names, |name| is_no_field(name, target));
@@ -188,7 +188,7 @@ impl Arguments {
         }
     }
 
-    /// The field of a result.
+    /// The field of an output.
     pub fn result(&self, part: Part) -> &str {
         match part {
             Part::List(place) | Part::Block(place) => &self.pieces[place as usize],
@@ -197,8 +197,8 @@ impl Arguments {
     }
 }
 
-/// What is made of a kernel's name in a target: with `_f64`, `_params_f64`, … behind it in C, with nothing or `_f32` in
-/// Rust.
+/// The name of an item of a kernel in a target: in C with a suffix such as `_f64` or `_params_f64`, in Rust
+/// without a suffix or with `_f32`.
 pub fn kernel_name(kernel: &str, target: Target, suffix: &str) -> String {
     let name = spelled(kernel, target);
     match suffix {
@@ -208,7 +208,7 @@ pub fn kernel_name(kernel: &str, target: Target, suffix: &str) -> String {
     }
 }
 
-/// Everything that is defined for a kernel of this name beside other kernels, with the tables that its layout has in C.
+/// Names of all items that are defined for a kernel of this name, including the C tables of its layout.
 pub(crate) fn defined_for(kernel: &str, tables: &[String]) -> Vec<(Target, String)> {
     let c = ["_f64", "_params_f64", "_out_f64", "_prepare_f64", "_prepared_f64"];
     let c = c.into_iter().chain(tables.iter().map(String::as_str)).map(|suffix| (Target::C, suffix));

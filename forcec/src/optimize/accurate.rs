@@ -2,8 +2,8 @@
 //!
 //! In: an optimised program with its residual, the values in which digits cancel. Out: the same program, with
 //! marks on the sums, products, quotients and square roots that compute the residual, from the inputs up to
-//! the last sum whose terms can cancel. Products and functions after the last cancellation lose no digits and
-//! are not marked.
+//! the last sum whose terms can cancel. Nothing after the last cancellation loses digits, so nothing there is
+//! marked.
 
 use crate::math::functions::Function;
 use crate::scalar::{Id, Node, Program};
@@ -41,8 +41,7 @@ pub(super) fn mark(program: &mut Program) {
         };
         for operand in followed {
             wanted[operand.index()] = true;
-            // The argument of a function other than the square root is rounded, so it is not marked for the
-            // function's sake.
+            // The argument of a function other than the square root is rounded, so marking it would not help.
             doubled[operand.index()] |= inside && computes;
         }
     }

@@ -23,8 +23,7 @@ struct Divisor {
     ratio: Exact,
 }
 
-/// A place where a divisor applies: two terms of a sum, and the saving of writing these terms with the
-/// divisor.
+/// A place where a divisor applies: two terms of a sum, and the saving from the divisor.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Use {
     user: Atom,

@@ -50,14 +50,13 @@ enum Work {
     Choose,
     /// Rewrites a network.
     Rewrite(fn(&mut Network)),
-    /// Searches for (rounds, consecutive rounds without improvement); the flag allows named values to be
-    /// dissolved.
+    /// Searches for (rounds, rounds in a row without improvement); the flag allows dissolving named values.
     Search(fn(&mut Network, (usize, usize), bool)),
 }
 
 impl Effort {
-    /// The number of search rounds for a network of this many operations, fewer for larger networks; and the
-    /// number of consecutive rounds without improvement after which the search stops.
+    /// The number of search rounds for a network of this size, fewer for larger networks; and the number of
+    /// rounds in a row without improvement after which the search stops.
     fn rounds(self, operations: usize) -> (usize, usize) {
         let (most, budget, patience) = match self {
             Effort::Quick => (0, 0, 0),
@@ -83,7 +82,7 @@ pub struct Pass {
     /// Its name in reports.
     pub name: &'static str,
     /// One line on the effect of the pass.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub summary: &'static str,
     work: Work,
 }

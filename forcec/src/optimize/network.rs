@@ -1,9 +1,9 @@
 //! The network that factoring rewrites: every value is a sum of signed products of other values.
 //!
 //! In: a [`Program`]. Out: a program that computes the same values with fewer operations. Sums and products
-//! with one use are part of their user; a node with several uses, with a name from the source, or of an
-//! output is an atom. Numbers other than ±1 are atoms, so that 2x is shared like any product. Pinned
-//! differences are leaves.
+//! with one use are part of their user; a node with several uses, a name from the source, or an output is an
+//! atom. Numbers other than ±1 are atoms, so that 2x is shared like any product. Pinned differences are
+//! leaves.
 
 use crate::math::exact::Exact;
 use crate::optimize::polynomial::{Atom, Monomial, Monomials, Polynomial};
@@ -61,7 +61,7 @@ const LONGEST_SUM: usize = 12;
 struct Reader<'p> {
     graph: &'p Graph,
     uses: Vec<u32>,
-    /// Multiples that are not expanded, because a power of the number would leave the range of floats.
+    /// Multiples that are not expanded: a power of the number would leave the range of floats.
     whole: BTreeSet<Id>,
     terms: Vec<Terms>,
     atoms: FxHashMap<Id, Atom>,
@@ -135,7 +135,7 @@ impl Network {
     }
 
     /// Terms as a polynomial, with numbers other than ±1 as atoms. A long sum becomes a sum of shorter sums,
-    /// so that a change of one term does not affect all others.
+    /// so that changing a term does not affect all others.
     fn lift(&mut self, mut terms: Terms) -> Polynomial {
         while terms.len() > LONGEST_SUM {
             let mut shorter = Vec::with_capacity(terms.len() / LONGEST_SUM + 1);
@@ -392,7 +392,7 @@ impl Network {
         }
     }
 
-    /// Whether a sum is a single product with a number and another factor; such products stay values.
+    /// Whether a sum is a single product with a number and another factor, which stays a value.
     fn is_multiple(&self, polynomial: &Polynomial) -> bool {
         let number = |atom: &Atom| matches!(self.values[*atom as usize], Value::Number(_));
         polynomial.len() == 1
@@ -567,7 +567,7 @@ impl Reader<'_> {
                     flat.push((constant.clone(), vec![]));
                 }
                 for (coefficient, term) in terms {
-                    // A number other than a power of two would round every term of a sum, and the terms may
+                    // Other numbers than powers of two would round every term of a sum, and the terms may
                     // cancel.
                     let parts = self.inline(*term, coefficient.is_power_of_two());
                     if coefficient.is_one() && flat.is_empty() {

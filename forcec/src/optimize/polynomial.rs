@@ -1,6 +1,6 @@
 //! Sums of signed products of atoms: the values that factoring rewrites.
 //!
-//! A product is interned and identified by its number; a sum is a short sorted list, so equal sums compare
+//! A product is interned and identified by its number. A sum is a short sorted list; equal sums compare
 //! equal.
 
 use crate::math::exact::Exact;
@@ -15,7 +15,7 @@ pub type Atom = u32;
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Monomial(u32);
 
-/// Interned products of atoms. Atoms are sorted, powers repeat their atom, the empty product is 1.
+/// Interned products. Atoms are sorted, powers repeat their atom, the empty product is 1.
 #[derive(Clone, Default)]
 pub struct Monomials(IndexSet<Product, FxBuildHasher>);
 
@@ -35,7 +35,7 @@ impl Monomials {
         &self.0[monomial.0 as usize]
     }
 
-    /// The number of atoms in a product, counted with multiplicity.
+    /// The number of atoms, with multiplicity.
     pub fn degree(&self, monomial: Monomial) -> usize {
         self.atoms(monomial).len()
     }
@@ -55,7 +55,7 @@ impl Monomials {
     }
 }
 
-/// A sum as (product, coefficient) pairs, sorted by product; no coefficient is zero.
+/// (product, coefficient) pairs, sorted by product; no coefficient is zero.
 #[derive(Clone, Default, PartialEq, Eq, Hash, Debug)]
 pub struct Polynomial(Vec<(Monomial, Exact)>);
 
@@ -85,7 +85,7 @@ impl Polynomial {
         self.0.iter().map(|(monomial, _)| *monomial)
     }
 
-    /// The coefficient of a product, if the product occurs.
+    /// The coefficient of a product that occurs.
     pub fn get(&self, monomial: Monomial) -> Option<&Exact> {
         self.place(monomial).ok().map(|i| &self.0[i].1)
     }
@@ -95,7 +95,7 @@ impl Polynomial {
         self.place(monomial).ok().map(|i| self.0.remove(i).1)
     }
 
-    /// Removes and returns the first term whose product satisfies the predicate.
+    /// Removes and returns the first term whose product is wanted.
     pub fn take_first(&mut self, wanted: impl Fn(Monomial) -> bool) -> Option<(Monomial, Exact)> {
         let place = self.0.iter().position(|(monomial, _)| wanted(*monomial))?;
         Some(self.0.remove(place))

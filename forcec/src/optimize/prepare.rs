@@ -1,9 +1,8 @@
 //! Splits a program so that values of the parameters alone are computed once, not at every call.
 //!
 //! In: a program. Out: two programs; the first computes values from the parameters, the second reads these
-//! values. Each value saves the second program at least one operation, or turns a division into a
-//! multiplication. The split does not change rounding: sums are not regrouped, and in the author's order
-//! neither are products and quotients.
+//! values. Each value saves an operation, or turns a division into a multiplication. The split does not
+//! change rounding: sums are not regrouped, and in the author's order neither are products and quotients.
 
 use crate::math::exact::Exact;
 use crate::model::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
@@ -29,12 +28,11 @@ enum Rate {
     Known,
     /// Depends on parameters.
     Once,
-    /// Depends on bodies, or on an extra argument that changes with every call.
+    /// Depends on bodies, or on an extra argument.
     Call,
 }
 
-/// Splits a program; `None` if no value can be computed once. `strict` keeps the order of products and
-/// quotients.
+/// Splits a program; `None` if no value can be computed once. `strict` keeps the order of operations.
 pub fn split(program: &Program, strict: bool) -> Option<Split> {
     let mut whole = program.clone();
     if !strict {
@@ -73,7 +71,7 @@ fn rates(program: &Program) -> Vec<Rate> {
     rates
 }
 
-/// Collects the factors of each product that depend on parameters alone into a separate product.
+/// Collects those factors of each product that depend on parameters alone into a product.
 fn part_products(program: &mut Program) {
     let rates = rates(program);
     let mut parted = program.outline();
@@ -119,7 +117,7 @@ struct Splitter<'a> {
 }
 
 impl Splitter<'_> {
-    /// The value of |coefficient| · node, if it is worth computing once; and whether the sign is negative.
+    /// The value of |coefficient| · node, if worth computing once, and whether the sign is negative.
     fn value(&mut self, coefficient: &Exact, id: Id) -> Option<(Id, bool)> {
         let graph = &self.whole.graph;
         let (inner, rest) = graph.split(id);
@@ -145,7 +143,7 @@ impl Splitter<'_> {
         true
     }
 
-    /// The nodes that the rest computes; collects the values.
+    /// The nodes that the rest computes; collects values.
     fn needed(&mut self) -> Vec<bool> {
         let whole = self.whole;
         let mut needed = vec![false; whole.graph.len()];
@@ -270,8 +268,8 @@ impl Splitter<'_> {
         if name.len() <= LONGEST { name } else { "value".to_owned() }
     }
 
-    /// Unique names for values, derived from the source's names or the expressions; distinct from the kept
-    /// parameters.
+    /// Unique names for values, from the source's names or the expressions, other than kept parameters'
+    /// names.
     fn names(&self, values: &[Id], kept: &[usize]) -> Vec<String> {
         let mut taken: Vec<String> =
             kept.iter().map(|k| self.whole.signature.parameters[*k].name.clone()).collect();

@@ -9,8 +9,7 @@ use rustc_hash::FxHashMap;
 /// Replaces reciprocals that can be computed from other reciprocals.
 pub(super) fn share(program: &Program) -> Program {
     let live = program.live();
-    // The live reciprocals by operand, and the square roots that have a reciprocal, by the operand of the
-    // root.
+    // Live reciprocals by operand; square roots that have a reciprocal, by the operand of the root.
     let mut known: FxHashMap<Id, Id> = FxHashMap::default();
     let mut roots: FxHashMap<Id, Id> = FxHashMap::default();
     for (id, node) in program.graph.iter().filter(|(id, _)| live[id.index()]) {

@@ -1,9 +1,8 @@
-//! Splits values that leave the range of floats where positions coincide, and moves their factors into their
-//! users.
+//! Splits values that leave the range of floats where positions coincide, by moving factors into their users.
 //!
 //! In and out: a [`Network`]. With x and y columns of cofactors, λ/J² · x yᵀ has ordinary size but λ/J² has
 //! not. Factors common to all terms of such a value move to its users, as many as necessary; factoring then
-//! shares x/J instead. Named values are not split, nor are values whose users are equally large or small.
+//! shares x/J instead. Named values are not split, nor are values whose users are as large or small.
 
 use crate::math::exact::Exact;
 use crate::optimize::network::{Network, Value};
@@ -36,8 +35,7 @@ pub fn spread(network: &mut Network) -> bool {
     changed
 }
 
-/// The valuation nearest to 0 among a value's users, if the value is out of range and further from 0 than
-/// that.
+/// The valuation nearest to 0 among a value's users, if the value is out of range and further from 0.
 fn wanted(network: &Network, valuations: &[Valuation], users: &[Atom], atom: Atom) -> Option<Valuation> {
     let own = valuations[atom as usize];
     let of_atom = |atom: &Atom| valuations[*atom as usize];

@@ -1,8 +1,8 @@
-//! What is wanted of kernels: a [`Request`], and the options that state it, as a table.
+//! The options of kernels: a [`Request`], and the table of the options that change it.
 //!
-//! An option is a row: its name, what it takes, the values there are and how it reads them. The command line, the
-//! attributes, scene files and build scripts write options in notations of their own; what they are called, what they
-//! mean and what is said of a wrong value stands here.
+//! A row describes an option: its name, its form, its values and how it reads them. The command line,
+//! attributes, scene files and build scripts have their own notations; the names and meanings of options and
+//! the errors about wrong values are defined here.
 
 pub mod plan;
 pub mod specialize;
@@ -15,26 +15,26 @@ use crate::options::plan::{Effort, Mode, Plan};
 use crate::options::specialize::Specialization;
 use crate::source::suggest;
 
-/// What is wanted of force functions.
+/// A request for kernels.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Request {
-    /// How to optimise.
+    /// Effort and mode of the optimiser.
     pub plan: Plan,
-    /// What is known beforehand.
+    /// Fixed bodies and known parameters.
     pub known: Specialization,
-    /// What kernels compute, in the order of the table, where the layout leaves that open.
+    /// The outputs of kernels, in the order of the table, unless the layout determines them.
     pub outputs: Vec<Part>,
-    /// Where results stand.
+    /// The output layout.
     pub layout: Layout,
-    /// How many instances a kernel computes at once.
+    /// Number of instances that a kernel computes at once.
     pub lanes: usize,
-    /// Whether what depends on parameters alone is computed once, by a function of its own.
+    /// Whether values that depend on parameters alone are computed once, by a separate function.
     pub prepare: bool,
-    /// The precisions to print; empty where whoever prints decides.
+    /// Precisions to print; if empty, the caller decides.
     pub precisions: Vec<Precision>,
-    /// The languages to print; empty where whoever prints decides.
+    /// Languages to print; if empty, the caller decides.
     pub targets: Vec<Target>,
-    /// Whether all of this holds whatever functions state in their attributes.
+    /// Whether the request overrides the attributes of functions.
     pub settled: bool,
 }
 
@@ -55,12 +55,12 @@ impl Default for Request {
 }
 
 impl Request {
-    /// What kernels compute, in the order of the table.
+    /// The outputs that kernels compute, in the order of the table.
     pub fn parts(&self) -> &[Part] {
         self.layout.row().computes.unwrap_or(&self.outputs)
     }
 
-    /// The same with what is chosen; later choices replace earlier ones, but fixed bodies and values come together.
+    /// Applies choices; later ones replace earlier ones, but fixed bodies and values accumulate.
     pub fn with<'c>(mut self, choices: impl IntoIterator<Item = &'c Choice>) -> Request {
         for choice in choices {
             match choice {
@@ -79,22 +79,22 @@ impl Request {
         self
     }
 
-    /// What is wanted of a function that states this of itself: that holds whoever compiles it.
+    /// The request with a function's own choices, unless the request overrides them.
     pub fn of<'c>(&self, own: impl IntoIterator<Item = &'c Choice>) -> Request {
         if self.settled { self.clone() } else { self.clone().with(own) }
     }
 
-    /// The languages to print, this one unless told otherwise.
+    /// Languages to print, by default `default`.
     pub fn targets_or(&self, default: Target) -> Vec<Target> {
         if self.targets.is_empty() { vec![default] } else { self.targets.clone() }
     }
 
-    /// The precisions to print, double unless told otherwise.
+    /// Precisions to print, by default double.
     pub fn precisions_or_double(&self) -> Vec<Precision> {
         if self.precisions.is_empty() { vec![Precision::F64] } else { self.precisions.clone() }
     }
 
-    /// Why this cannot be had, and what to write.
+    /// Why the request is contradictory, and what to write.
     pub fn conflict(&self) -> Option<(String, &'static str)> {
         let set = &self.known.set;
         let twice =
@@ -132,21 +132,21 @@ impl From<Effort> for Request {
 /// An option with its value.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Choice {
-    /// How long to look for fewer operations.
+    /// Optimization effort.
     Effort(Effort),
-    /// What kernels may do to rounding.
+    /// Floating-point mode.
     Mode(Mode),
-    /// Products that are added are fused.
+    /// Fused multiply-add.
     Fma,
-    /// What kernels compute.
+    /// The outputs that kernels compute.
     Outputs(Vec<Part>),
-    /// Where results stand.
+    /// Output layout.
     Layout(Layout),
-    /// How many instances at once.
+    /// Number of instances at once.
     Lanes(usize),
-    /// What depends on parameters alone is computed once.
+    /// Values that depend on parameters alone are computed once.
     Prepare,
-    /// Bodies that never move, or parameters with a value.
+    /// Fixed bodies, or parameters with known values.
     Known(Specialization),
     /// The precisions of kernels.
     Real(Vec<Precision>),
@@ -154,40 +154,40 @@ pub enum Choice {
     Target(Vec<Target>),
 }
 
-/// What an option takes.
+/// The form of an option's value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Takes {
-    /// Nothing: it stands by itself.
+    /// No value.
     Nothing,
-    /// One of its values.
+    /// One of the option's values.
     One,
-    /// One or more of its values.
+    /// One or more of the option's values.
     Some,
-    /// Names of the function's own.
+    /// Names that the function defines.
     Names,
-    /// Names of the function's own with numbers, `NAME=NUMBER` or `NAME=[NUMBER, …]`.
+    /// Names that the function defines, with numbers, `NAME=NUMBER` or `NAME=[NUMBER, …]`.
     Numbers,
 }
 
-/// What is known of an option.
+/// A row of the table of options.
 pub struct OptionRow {
-    /// What it is called.
+    /// The name of the option.
     pub name: &'static str,
-    /// What it takes.
+    /// The form of its value.
     pub takes: Takes,
-    /// What one of its values is.
+    /// The noun for a value in messages.
     pub noun: &'static str,
-    /// The values there are; none where they are names of the function's own.
+    /// All allowed values; empty if they are names that the function defines.
     pub values: fn() -> Vec<&'static str>,
-    /// What values mean; none if there is no such value.
+    /// Reads values; `None` if one of them is invalid.
     read: fn(&[&str]) -> Option<Choice>,
-    /// As it stands in an attribute.
+    /// An example in the notation of attributes.
     pub example: &'static str,
-    /// What it is, in one line.
+    /// A description in one line.
     pub summary: &'static str,
 }
 
-/// Every option, in the order in which they are listed.
+/// All options, in the order of listings.
 pub static OPTIONS: [OptionRow; 11] = [
     OptionRow {
         name: "effort",
@@ -299,43 +299,43 @@ pub static OPTIONS: [OptionRow; 11] = [
     },
 ];
 
-/// Those of all things that are named, in their own order; none if a name is that of nothing.
+/// The items that `words` name, in the order of `all`; `None` if a word does not name an item.
 fn all_named<T: Copy>(words: &[&str], all: &[T], name: fn(T) -> &'static str) -> Option<Vec<T>> {
     let known = words.iter().all(|word| all.iter().any(|&one| name(one) == *word));
     known.then(|| all.iter().copied().filter(|&one| words.contains(&name(one))).collect())
 }
 
-/// Why a value is none, or an option is none.
+/// Why an option or its value is invalid.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Wrong {
-    /// Which of the values, counted from zero.
+    /// Index of the invalid value.
     pub index: usize,
-    /// What is wrong.
+    /// The message of the error.
     pub message: String,
-    /// What is true of it.
+    /// The label of the error.
     pub label: String,
-    /// What to write.
+    /// The help of the error.
     pub help: String,
 }
 
 impl OptionRow {
-    /// The option of this name.
+    /// The option with this name.
     pub fn named(name: &str) -> Option<&'static OptionRow> {
         OPTIONS.iter().find(|row| row.name == name)
     }
 
-    /// Whether it takes several values.
+    /// Whether the option accepts several values.
     pub fn is_list(&self) -> bool {
         matches!(self.takes, Takes::Some | Takes::Names | Takes::Numbers)
     }
 
-    /// Whether its values are numbers.
+    /// Whether the values of the option are numbers.
     pub fn is_number(&self) -> bool {
         let values = (self.values)();
         !values.is_empty() && values.iter().all(|value| value.parse::<u32>().is_ok())
     }
 
-    /// What it takes, as a message says it.
+    /// The form of the value, for messages.
     pub fn form(&self) -> String {
         match self.takes {
             Takes::Nothing => "it stands by itself".to_owned(),
@@ -348,12 +348,12 @@ impl OptionRow {
         }
     }
 
-    /// What these values mean, or the first that means nothing.
+    /// Reads these values, or returns the first invalid one.
     pub fn read(&self, words: &[&str]) -> Result<Choice, Wrong> {
         if let Some(choice) = (self.read)(words) {
             return Ok(choice);
         }
-        // Several may be right one by one.
+        // Values may be valid only one by one.
         let index = (0..words.len()).find(|last| (self.read)(&words[..=*last]).is_none()).unwrap_or(0);
         let (word, noun) = (words[index], self.noun);
         if let Some(message) =
@@ -369,7 +369,7 @@ impl OptionRow {
     }
 }
 
-/// What to write in place of a name: the one that was meant, or else one that is known; nothing if none is.
+/// What to write instead of an unknown name: the nearest known name, or else any known name.
 pub(crate) fn suggestion(name: &str, known: &[&str]) -> String {
     suggest::did_you_mean(name, known.iter().copied()).unwrap_or_else(|| match known {
         [] => "leave it out".to_owned(),

@@ -1,39 +1,39 @@
-//! How a kernel is to be made: how long to look for fewer operations, and what may be done to rounding for them.
+//! How a kernel is optimised: the optimization effort and the floating-point mode.
 
-/// How long to look for fewer operations.
+/// Optimization effort: how long to search for fewer operations.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub enum Effort {
-    /// Factoring alone.
+    /// Factoring only.
     Quick,
-    /// A short search: takes about as long as everything else together.
+    /// A short search; it takes about as long as all other stages together.
     #[default]
     Default,
-    /// A long one: seconds a kernel.
+    /// A long search; it takes seconds per kernel.
     Max,
 }
 
 impl Effort {
-    /// All of them, the least first, by name.
+    /// All efforts by name, lowest first.
     pub const ALL: [(&'static str, Effort); 3] =
         [("quick", Effort::Quick), ("default", Effort::Default), ("max", Effort::Max)];
 }
 
-/// What a kernel may do to rounding.
+/// Floating-point mode: how a kernel may change rounding.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub enum Mode {
-    /// Nothing is factored or regrouped, every quotient is a division.
+    /// Nothing is factored or regrouped; every quotient is a division.
     Strict,
-    /// Factored where that keeps the error small.
+    /// Factoring where the error stays small.
     #[default]
     Balanced,
-    /// Factored across names and small sums, divisions saved.
+    /// Factoring across names and small sums, fewer divisions.
     Fast,
-    /// Balanced, and what can cancel is computed in doubled precision.
+    /// As `Balanced`, with doubled precision for everything that can cancel.
     Accurate,
 }
 
 impl Mode {
-    /// All of them by name, with what they do.
+    /// All modes by name, with a description.
     pub const ALL: [(&'static str, Mode, &'static str); 4] = [
         ("strict", Mode::Strict, "nothing is factored or regrouped, every quotient is a division"),
         (
@@ -49,7 +49,7 @@ impl Mode {
         ),
     ];
 
-    /// What to tell a C compiler, so that it keeps or uses what the mode allows.
+    /// The flags for a C compiler that match the mode.
     pub fn flags(self) -> &'static str {
         match self {
             Mode::Strict | Mode::Balanced => "-ffp-contract=off",
@@ -58,28 +58,28 @@ impl Mode {
         }
     }
 
-    /// Their names, as a sentence lists them.
+    /// Names of all modes, separated by commas.
     pub fn names() -> String {
         let names: Vec<String> = Mode::ALL.iter().map(|(name, ..)| format!("`{name}`")).collect();
         names.join(", ")
     }
 
-    /// The mode of this name.
+    /// The mode with this name.
     pub fn named(name: &str) -> Option<Mode> {
         Mode::ALL.iter().find(|(own, ..)| *own == name).map(|(_, mode, _)| *mode)
     }
 }
 
-/// How to make a kernel.
+/// How to optimise a kernel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Plan {
-    /// How long to look for fewer operations.
+    /// Optimization effort.
     pub effort: Effort,
-    /// What may be done to rounding.
+    /// Floating-point mode.
     pub mode: Mode,
-    /// Whether products that are added are written as fused multiplications and additions.
+    /// Whether sums of products use fused multiply-add.
     pub fma: bool,
-    /// Which of the passes of the optimiser run, a bit each.
+    /// The passes of the optimiser that run, one bit per pass.
     pub passes: u32,
 }
 

@@ -1,22 +1,22 @@
-//! What is known before a kernel is compiled: bodies that never move, parameters that never change.
+//! Specialization: fixed bodies, and parameters with known values, stated before a kernel is compiled.
 //!
-//! In: names, and values for some. Out: signatures that know them; everything after the front end follows from these. A
-//! force function takes of it what it has; what none of them has is an error.
+//! In: names, and values for some of them. Out: signatures with these facts, which all later stages follow. A
+//! force function uses the names that it has; a name that no force function has is an error.
 
 use crate::math::exact::Exact;
 use crate::model::bodies::{Body, Parameter, ParameterType, Signature};
 
-/// Bodies and parameters that are known while compiling.
+/// Fixed bodies, and parameters with known values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Specialization {
-    /// The bodies that never move: their velocity is zero, they have no degrees of freedom and feel no force.
+    /// Fixed bodies: their velocity is zero, they have no degrees of freedom, and no force acts on them.
     pub fixed: Vec<String>,
     /// Parameters by name with their values, entry by entry in memory order.
     pub set: Vec<(String, Vec<Exact>)>,
 }
 
 impl Specialization {
-    /// Reads `damping=0` or `arm_b=[0, 0, 0.5]`; brackets may be nested as the type is.
+    /// Parses `damping=0` or `arm_b=[0, 0, 0.5]`; brackets may be nested according to the type.
     pub fn parse_value(text: &str) -> Result<(String, Vec<Exact>), String> {
         let wrong = || format!("`{text}` is not NAME=NUMBER or NAME=[NUMBER, …]");
         let (name, value) = text.split_once('=').ok_or_else(wrong)?;
@@ -34,7 +34,7 @@ impl Specialization {
         Ok((name.trim().to_owned(), numbers))
     }
 
-    /// Reads several values; a parameter has one.
+    /// Parses several values; a parameter must not be set twice.
     pub fn parse_values(texts: &[&str]) -> Result<Specialization, String> {
         let mut known = Specialization::default();
         for text in texts {
@@ -47,13 +47,13 @@ impl Specialization {
         Ok(known)
     }
 
-    /// The names of all that is known, each with what it is of.
+    /// All names, each with its kind, body or parameter.
     pub(crate) fn names(&self) -> impl Iterator<Item = (&'static str, &String)> {
         let fixed = self.fixed.iter().map(|name| ("body", name));
         fixed.chain(self.set.iter().map(|(name, _)| ("parameter", name)))
     }
 
-    /// Adds what else is known; of two values of a parameter the new one holds.
+    /// Adds another specialization; its values override existing ones.
     pub(crate) fn add(&mut self, more: &Specialization) {
         let new = more.fixed.iter().filter(|body| !self.fixed.contains(body)).cloned().collect::<Vec<_>>();
         self.fixed.extend(new);
@@ -61,13 +61,13 @@ impl Specialization {
         self.set.extend(more.set.iter().cloned());
     }
 
-    /// Notes the fixed bodies in a signature.
+    /// Marks the fixed bodies in a signature.
     pub(crate) fn fix(&self, bodies: &mut [Body]) {
         bodies.iter_mut().for_each(|body| body.fixed = self.fixed.contains(&body.name));
     }
 
-    /// Notes the value of a parameter, if it is set; one number stands for every entry. Or says what is wrong, and what to
-    /// write.
+    /// Stores the value of a parameter if it is set; a single number applies to every entry. The error
+    /// consists of a message and a help text.
     pub(crate) fn give(&self, parameter: &mut Parameter) -> Result<(), (String, String)> {
         let Some((name, value)) = self.set.iter().find(|(name, _)| *name == parameter.name) else {
             return Ok(());
@@ -94,7 +94,7 @@ impl Specialization {
         Ok(())
     }
 
-    /// What stands behind the name of a kernel: `_fixed_b`, `_set_damping`.
+    /// The suffix of a kernel's name: `_fixed_b`, `_set_damping`.
     pub fn suffix(&self, signature: &Signature) -> String {
         let fixed = signature.bodies.iter().filter(|body| body.fixed).map(|body| &body.name);
         let set = signature.parameters.iter().chain(&signature.extras);
@@ -110,10 +110,10 @@ impl Specialization {
     }
 }
 
-/// How far the norm of a unit quaternion may be off.
+/// The largest deviation of the norm of a unit quaternion.
 const UNIT: f64 = 1e-6;
 
-/// A value of a type, as a message asks for it.
+/// The form of a value of this type, for messages.
 fn form(ty: &ParameterType) -> String {
     let rows = |n: u32, row: &str| match n {
         0..=4 => format!("[{}]", vec![row; n as usize].join(", ")),
@@ -136,10 +136,10 @@ fn form(ty: &ParameterType) -> String {
     }
 }
 
-/// The entries of `1` or `[[1, 2], [3, 4]]`; none if brackets are open, or what stands side by side is not alike.
+/// Entries of `1` or `[[1, 2], [3, 4]]`; `None` for unbalanced brackets or elements of different shapes.
 fn entries(text: &str) -> Option<Vec<&str>> {
     let mut found = Vec::new();
-    // How many elements stand before the next one in each bracket that is open, and how many one of each depth has.
+    // The number of complete elements in each open bracket, and the number of elements at each depth.
     let (mut open, mut lengths): (Vec<usize>, Vec<Option<usize>>) = (Vec::new(), Vec::new());
     let (mut depth, mut complete) = (None, false);
     let mut rest = text.trim();
@@ -175,7 +175,7 @@ fn entries(text: &str) -> Option<Vec<&str>> {
     (complete && open.is_empty()).then_some(found)
 }
 
-/// What is known, as a kernel's comment says it: `b is fixed`, `damping = 0`.
+/// The specialization in the comment of a kernel: `b is fixed`, `damping = 0`.
 pub fn remarks(signature: &Signature) -> Vec<String> {
     let fixed = signature.bodies.iter().filter(|body| body.fixed);
     let mut lines: Vec<String> = fixed.map(|body| format!("{} is fixed", body.name)).collect();

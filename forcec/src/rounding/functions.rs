@@ -123,23 +123,21 @@ pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
             positive(1.0 - far, &|| e / ((1.0 - far) * (1.0 + far)).sqrt())
         }
         Function::Atan => e / (1.0 + least.max(0.0) * least.max(0.0)),
-        // The gradient has length 1/distance from the origin; the cut is the negative half of the second
-        // axis.
+        // The gradient has length 1/distance from the origin; the cut is half of the second axis, x < 0.
         Function::Atan2 => {
             let cut = x[1] - errors[1] <= 0.0 && least <= 0.0;
             let (distance, way) = (at(Function::Hypot), libm::hypot(e, errors[1]));
             positive(if cut { 0.0 } else { distance * (1.0 - 8.0 * UNIT) - way }, &|| way / (distance - way))
         }
-        // The derivative at a, plus half the largest second derivative in the interval: sinh, cosh ≤ cosh a ·
-        // eᵉ.
+        // The derivative at a, plus half the largest second derivative on the way: sinh, cosh ≤ cosh a · eᵉ.
         Function::Sinh => at(Function::Cosh) * (1.0 + growth(e)) * e,
         Function::Cosh => at(Function::Sinh) * e + at(Function::Cosh) * (1.0 + growth(e)) * e * e,
         Function::Tanh => {
             let r = at(Function::Tanh);
             e.min(((1.0 - r) * (1.0 + r) + 8.0 * UNIT) * e + e * e)
         }
-        // The first two derivatives of asinh are at most 1/(1 + x²)^(½, 1), the third at most twice the power
-        // 3/2 of that.
+        // The first two derivatives of asinh are at most 1/(1 + x²)^(½, 1), the third twice that to the power
+        // 3/2.
         Function::Asinh(n) => {
             let slope = value(Function::Asinh(1), &[least.max(0.0)]);
             (0..n).fold(e * f64::from(n.max(1)), |bound, _| bound * slope) * slope
@@ -168,7 +166,7 @@ pub(super) fn passed(function: Function, x: &[f64], errors: &[f64]) -> f64 {
             let (distance, way) = (at(Function::Hypot), libm::hypot(e, errors[1]));
             positive(distance * (1.0 - 8.0 * UNIT) - way, &|| way / (distance - way))
         }
-        // ᵏ/dsᵏ cos √s| is largest at 0, k!/(2k)!; below zero it grows no faster than eᵗ.
+        // |dᵏ/dsᵏ cos √s| is largest at 0, k!/(2k)!; below zero it grows no faster than eᵗ.
         Function::CosSqrt(n) => {
             let largest = (1..=u32::from(n) + 1).fold(1.0, |f, k| f / f64::from(4 * k - 2));
             let below = (e - a).max(0.0);

@@ -31,8 +31,7 @@ pub struct Bound {
     pub part: Part,
     /// The largest ratio of an entry's error bound to the largest entry, over states with a bound.
     pub relative: f64,
-    /// The number of states without a bound: a divisor may be zero, rounding may change a branch, or sums
-    /// cancel to the last digit.
+    /// The number of states without a bound: a divisor may be zero, a branch may change, or sums may cancel.
     pub unbounded: usize,
 }
 
@@ -95,8 +94,7 @@ impl<'a> Analysis<'a> {
 
     /// All entries of all outputs, row by row.
     pub fn entries(&self, values: &[f64]) -> Vec<Entry> {
-        // Doubled precision computes the rounding errors of sums and products; unsigned bounds would ignore
-        // that.
+        // Doubled precision computes the losses of sums and products, which unsigned bounds would ignore.
         match (self.precision, self.kernel.schedule.doubled) {
             (Precision::F64, false) => self.evaluate::<Double>(values),
             (Precision::F32, false) => self.evaluate::<Single>(values),
@@ -167,8 +165,7 @@ pub fn bounds(analysis: &Analysis, states: &[Vec<Entry>]) -> Vec<Bound> {
     bounds
 }
 
-/// The largest error bound over a lower bound of the largest exact entry, rounded up; `None` if that is not
-/// positive.
+/// The largest error bound over the least size of the largest entry, rounded up; `None` if that size is zero.
 pub fn relative(entries: &[Entry]) -> Option<f64> {
     let error = entries.iter().map(|entry| entry.error).fold(0.0, f64::max);
     let size = entries.iter().map(|entry| entry.value.abs() - entry.error).fold(0.0, f64::max);

@@ -10,8 +10,7 @@ use crate::sample::states::Family;
 use crate::verify::big::Big;
 
 impl Analysis<'_> {
-    /// The exact entries and the errors of the computed `entries`; `None` if the statements have no exact
-    /// value at this state.
+    /// The exact entries with the errors of `entries`; `None` if the statements have no exact value here.
     pub fn observed(&self, values: &[f64], entries: &[Entry]) -> Option<Vec<Entry>> {
         let input = |slot| Big::from_f64(self.input(values, slot));
         let exact = self.kernel.evaluate(&input)?;

@@ -122,8 +122,8 @@ pub(super) fn times(x: f64, y: f64) -> f64 {
     if x == 0.0 || y == 0.0 { 0.0 } else { x * y + LEAST }
 }
 
-/// A computed number with its error: the exact value is value + drift, up to ± rest. Without signed rounding
-/// errors the drift is zero.
+/// A computed number: the exact value is value + drift, up to ± rest. The drift is zero without signed
+/// errors.
 #[derive(Clone, Copy)]
 pub(super) struct Running<'s, F> {
     value: f64,
@@ -134,8 +134,7 @@ pub(super) struct Running<'s, F> {
     format: PhantomData<F>,
 }
 
-/// The exact value minus the computed value: a signed estimate, `drift`, and a bound on the remainder,
-/// `rest`.
+/// The exact minus the computed value: a signed estimate, `drift`, and a bound on the remainder, `rest`.
 #[derive(Clone, Copy, Default)]
 struct Missing {
     drift: f64,
@@ -158,8 +157,7 @@ impl Missing {
 }
 
 impl<'s, F: Format> Running<'s, F> {
-    /// An argument of the kernel; a comparison that depends on it and that rounding may change sets
-    /// `undecided`.
+    /// An argument; a comparison that depends on it and that rounding may change sets `undecided`.
     pub(super) fn input(value: f64, undecided: &'s Cell<bool>) -> Running<'s, F> {
         Running { undecided: Some(undecided), ..Running::known(value) }
     }

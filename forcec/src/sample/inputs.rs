@@ -1,17 +1,17 @@
-//! A kernel's inputs as one row of numbers.
+//! The inputs of a kernel as one row of numbers.
 //!
-//! In: a signature. Out: the place of every slot in a flat list of reals, arguments in order, fields in memory order;
-//! and the tangent coordinates with the places they move.
+//! In: a signature. Out: the index of every slot in a flat list of reals, arguments in order, fields in
+//! memory order; and the tangent coordinates with the indices of their fields.
 
 use crate::model::bodies::{Role, Signature, Slot};
 use std::fmt;
 
-/// The places of a signature's slots.
+/// Indices of a signature's slots.
 pub struct Places {
-    /// The arguments.
+    /// The signature of the kernel.
     pub signature: Signature,
     starts: Vec<Vec<usize>>,
-    /// How many reals they are.
+    /// The length of the list.
     pub length: usize,
     /// The coordinates of the pose, in the order of the generalised forces.
     pub pose: Vec<Coordinate>,
@@ -22,18 +22,18 @@ pub struct Places {
 /// One tangent coordinate.
 #[derive(Clone, Copy, Debug)]
 pub struct Coordinate {
-    /// Whose it is.
+    /// Index of the body.
     pub body: u16,
-    /// What it moves.
+    /// The role of its field.
     pub role: Role,
-    /// Along or about which axis.
+    /// The axis of the translation or rotation.
     pub axis: usize,
-    /// Where the field that it moves starts.
+    /// Index of its field.
     pub start: usize,
 }
 
 impl Places {
-    /// Of this signature.
+    /// Indices for a signature.
     pub fn new(signature: &Signature) -> Places {
         let mut length = 0;
         let mut place = |reals: usize| {
@@ -61,22 +61,22 @@ impl Places {
         places
     }
 
-    /// Where a slot stands.
+    /// Index of a slot.
     pub fn place(&self, slot: Slot) -> usize {
         self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
     }
 
-    /// Where a body's field starts, if it has it.
+    /// Index of a body's field, if the body has it.
     pub fn field(&self, body: usize, role: Role) -> Option<usize> {
         self.signature.body_slot(body as u16, role).map(|slot| self.place(slot))
     }
 
-    /// Where a parameter starts, or an extra, counted after the parameters.
+    /// Index of a parameter; extra arguments are counted after the parameters.
     pub fn parameter(&self, parameter: usize) -> usize {
         self.starts[self.signature.bodies.len() + parameter][0]
     }
 
-    /// Every field and parameter with its values, for people.
+    /// Every field and parameter with its values, for display.
     pub fn inputs(&self, values: &[f64]) -> Inputs {
         let mut inputs = Vec::new();
         for (b, body) in self.signature.bodies.iter().enumerate() {
@@ -99,7 +99,7 @@ impl Places {
 pub struct Inputs(pub Vec<(String, Vec<f64>)>);
 
 impl fmt::Display for Inputs {
-    /// A line for each; the digits give back the same doubles.
+    /// One line per entry; the digits reproduce the same doubles.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, values) in &self.0 {
             match values.as_slice() {

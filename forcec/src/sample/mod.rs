@@ -1,4 +1,4 @@
-//! States to examine a function at: how they are drawn, and where each input is among their numbers.
+//! States for checking a function: how they are drawn, and the index of each input among their numbers.
 
 pub mod inputs;
 pub mod states;

@@ -1,39 +1,39 @@
-//! States to check a kernel at, drawn from a seed.
+//! States for checking a kernel, drawn from a seed.
 //!
-//! In: the places of inputs, a family and a number. Out: a value for every input: the same bits for the same seed on every machine.
-//! Parameters stay within their stated domain. The stored bits of a quaternion are as near to length one as doubles
-//! near a drawn rotation come, about 1e-18, so that what |q| = 1 may change lies below rounding.
+//! In: the indices of inputs, a family and a number. Out: a value for every input; a seed gives the same bits
+//! on every platform. Parameters stay within their stated domains. The norm of a stored quaternion is as near
+//! to 1 as doubles near the drawn rotation allow, about 1e-18, so errors from |q| ≠ 1 are below rounding.
 
 use crate::model::bodies::{Domain, ParameterType, Role};
 use crate::sample::inputs::Places;
 use std::fmt;
 
-/// A kind of states.
+/// A family of states.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Family {
-    /// Everything of order one.
+    /// All values are of order one.
     Random,
-    /// Velocities zero.
+    /// All velocities are zero.
     Rest,
-    /// Every orientation the identity.
+    /// All orientations are the identity.
     Identity,
-    /// Bodies almost coincident, almost aligned or almost opposite.
+    /// Bodies are almost coincident, almost aligned or almost opposite.
     NearSingular,
-    /// 1e4 to 1e6 from the origin.
+    /// Bodies are 1e4 to 1e6 from the origin.
     Far,
-    /// Stiffness 1e8 to 1e10 and damping 1e4 to 1e6; without them some real parameters 1e2 to 1e8 times as large.
+    /// Stiffness 1e8 to 1e10, damping 1e4 to 1e6; without these, some real parameters scaled by 1e2 to 1e8.
     Stiff,
-    /// Three points and more: slivers and needles of aspect 1e2 to 1e4, and two of the points almost coincident.
+    /// Slivers and needles of three or more points, aspect 1e2 to 1e4, and two points that almost coincide.
     Degenerate,
-    /// Bodies apart by the lengths that the text names.
+    /// Bodies as far apart as a length that the source names.
     Named,
-    /// Beside the edges of branches, on either side, and beside zeros of norms and of sums with a number; 1e-3 to 1e-12 of the
-    /// scale away. Drawn by itself it is random: a search finds the edges.
+    /// States near branch boundaries, on either side, and near zeros of norms and of sums with a number, 1e-3
+    /// to 1e-12 of the scale away. A drawn state is random; a search moves it to a boundary.
     Edges,
 }
 
 impl Family {
-    /// Every family, in the order of reports.
+    /// All families, in the order of reports.
     pub const ALL: [Family; 9] = [
         Family::Random,
         Family::Rest,
@@ -46,7 +46,7 @@ impl Family {
         Family::Edges,
     ];
 
-    /// What a report calls it.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Family::Random => "random",
@@ -61,7 +61,7 @@ impl Family {
         }
     }
 
-    /// Whether functions of this signature have such states: no sliver is made of two points, no scale of no number.
+    /// Whether this signature has such states: slivers need three bodies, `Named` needs named lengths.
     #[cfg(feature = "verify")]
     pub(crate) fn applies(self, places: &Places) -> bool {
         let signature = &places.signature;
@@ -72,7 +72,7 @@ impl Family {
         }
     }
 
-    /// How many of them there are where others have so many.
+    /// Number of states of this family, if others have `states`.
     #[cfg(feature = "verify")]
     pub(crate) fn states(self, states: usize) -> usize {
         match self {
@@ -81,12 +81,12 @@ impl Family {
         }
     }
 
-    /// Whether a well-behaved function may lose digits there because states are near singular ones.
+    /// Whether even a well-behaved function may lose digits, because states are near singular ones.
     pub fn is_near(self) -> bool {
         matches!(self, Family::NearSingular | Family::Degenerate | Family::Edges)
     }
 
-    /// Whether rounding leaves most digits of a well-behaved function: neither far nor near-singular.
+    /// Whether rounding leaves most digits of a well-behaved function: neither far nor near singular states.
     pub fn is_ordinary(self) -> bool {
         matches!(self, Family::Random | Family::Rest | Family::Identity)
     }
@@ -114,13 +114,13 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in low … high.
+    /// A uniform number between `low` and `high`.
     pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
         let unit = (self.next() >> 11) as f64 / (1u64 << 53) as f64;
         (low + (high - low) * unit).clamp(low, high)
     }
 
-    /// A decade between 10^low and 10^high, then uniform in it: no library function, so the same on every machine.
+    /// A random decade of 10^low to 10^high, then uniform in it; without library calls, the same everywhere.
     pub(crate) fn decades(&mut self, low: i32, high: i32) -> f64 {
         let decade = low + (self.next() % (high - low).max(1) as u64) as i32;
         let power = (0..decade.unsigned_abs()).fold(1.0, |power, _| power * 10.0);
@@ -132,7 +132,7 @@ impl Random {
         self.next().is_multiple_of(one_in)
     }
 
-    /// A vector of length one.
+    /// A random vector of length one.
     pub(crate) fn unit(&mut self, length: usize) -> Vec<f64> {
         loop {
             let v: Vec<f64> = (0..length).map(|_| self.uniform(-1.0, 1.0)).collect();
@@ -149,7 +149,7 @@ fn normalized(v: &[f64]) -> Vec<f64> {
     v.iter().map(|x| x / norm).collect()
 }
 
-/// |q|² − 1, exact but for one rounding.
+/// |q|² − 1 with a single rounding.
 pub(crate) fn excess(q: &[f64]) -> f64 {
     let mut terms = vec![-1.0];
     for &x in q {
@@ -157,7 +157,7 @@ pub(crate) fn excess(q: &[f64]) -> f64 {
         terms.extend([square, x.mul_add(x, -square)]);
     }
     terms.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
-    // Sums of doubles without loss: what each addition drops is added at the end.
+    // Compensated summation: the rounding errors of the additions are added at the end.
     let (mut sum, mut lost) = (0.0f64, 0.0f64);
     for x in terms {
         let next = sum + x;
@@ -168,11 +168,11 @@ pub(crate) fn excess(q: &[f64]) -> f64 {
     sum + lost
 }
 
-/// The quaternion near q whose stored bits come nearest to length one.
+/// The quaternion near q whose stored bits have the norm nearest to 1.
 pub(crate) fn unit_quaternion(q: &[f64]) -> Vec<f64> {
     let mut q = normalized(q);
-    // From the largest entry down, each moves by as many units of its last place as come nearest; the smallest have
-    // the finest.
+    // From the largest entry down, each changes by the number of ulps that brings the norm nearest to 1; ulps
+    // of the smallest entries are the finest.
     let mut order = vec![0, 1, 2, 3];
     order.sort_by(|&i: &usize, &j: &usize| q[j].abs().total_cmp(&q[i].abs()));
     order.retain(|&k| q[k].abs() > 1e-3);
@@ -198,7 +198,7 @@ pub(crate) fn unit_quaternion(q: &[f64]) -> Vec<f64> {
     best
 }
 
-/// One state, and the length below which its geometry changes.
+/// A state, and the length below which its geometry changes.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     pub(crate) values: Vec<f64>,
@@ -245,7 +245,7 @@ pub(crate) fn draw(places: &Places, gains: bool, family: Family, index: usize, r
     for (e, extra) in places.signature.extras.iter().enumerate() {
         let at = places.parameter(parameters + e);
         for x in &mut state.values[at..at + extra.ty.length() as usize] {
-            // A step is positive.
+            // A time step is positive.
             *x = if extra.name == "step" { random.decades(-4, 0) } else { random.uniform(-2.0, 2.0) };
         }
     }
@@ -286,7 +286,7 @@ pub(crate) fn draw(places: &Places, gains: bool, family: Family, index: usize, r
     state
 }
 
-/// What is known while compiling is what it is.
+/// Sets inputs whose values are known at compile time.
 fn known(places: &Places, values: &mut [f64]) {
     let roles = [Role::Velocity, Role::AngularVelocity];
     for (body, argument) in places.signature.bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
@@ -313,7 +313,7 @@ fn bodies(places: &Places, values: &mut [f64], random: &mut Random) {
     });
 }
 
-/// lengthᵖᵒʷᵉʳ, of whole and half powers without a library function, so the same on every machine.
+/// lengthᵖᵒʷᵉʳ for whole and half powers, without library calls, so the same on every platform.
 fn power_of(length: f64, power: f64) -> f64 {
     let halves = (2.0 * power).round();
     let root = length.sqrt();
@@ -321,7 +321,7 @@ fn power_of(length: f64, power: f64) -> f64 {
     if halves < 0.0 { 1.0 / product } else { product }
 }
 
-/// Draws the fields whose range is stated.
+/// Draws the fields with stated ranges.
 fn stated(places: &Places, values: &mut [f64], random: &mut Random) {
     for field in &places.signature.scale.fields {
         if let Some(at) = places.field(usize::from(field.body), field.role) {
@@ -330,8 +330,8 @@ fn stated(places: &Places, values: &mut [f64], random: &mut Random) {
     }
 }
 
-/// Brings values that were moved back to where they may be: quaternions and unit vectors to length one, ranges to their
-/// ends, what is known to what it is.
+/// Projects changed values to valid ones: quaternions and unit vectors to length one, others to their ranges;
+/// known values are restored.
 #[cfg(feature = "verify")]
 pub(crate) fn project(places: &Places, values: &mut [f64]) {
     each(places, values, &[Role::Orientation], |_, q| {
@@ -362,7 +362,7 @@ pub(crate) fn project(places: &Places, values: &mut [f64]) {
     known(places, values);
 }
 
-/// Bodies of three points and more, flattened to a sliver or to a needle, or with two of the points almost coincident.
+/// Flattens three or more bodies to a sliver or a needle, or moves two bodies almost together.
 fn degenerate(places: &Places, state: &mut State, index: usize, random: &mut Random) {
     let starts: Vec<usize> =
         (0..places.signature.bodies.len()).filter_map(|body| places.field(body, Role::Position)).collect();
@@ -380,7 +380,7 @@ fn degenerate(places: &Places, state: &mut State, index: usize, random: &mut Ran
             state.values[second + k] = centre[k] + aspect * state.scale * way[k];
         }
     } else {
-        // What lies along the axis shrinks, or all but that.
+        // Shrinks the component along the axis, or the components across it.
         for at in starts {
             let apart = [0, 1, 2].map(|k| state.values[at + k] - centre[k]);
             let along: f64 = apart.iter().zip(&axis).map(|(x, a)| x * a).sum();
@@ -395,7 +395,7 @@ fn degenerate(places: &Places, state: &mut State, index: usize, random: &mut Ran
     state.scale *= aspect;
 }
 
-/// Changes every field of a role, body by body.
+/// Changes every field with one of these roles, body by body.
 fn each(places: &Places, values: &mut [f64], roles: &[Role], mut change: impl FnMut(Role, &mut [f64])) {
     for body in 0..places.signature.bodies.len() {
         for &role in roles {
@@ -422,7 +422,7 @@ fn fill(ty: &ParameterType, domain: Domain, values: &mut [f64], random: &mut Ran
             for x in values {
                 *x = random.uniform(low, high);
                 if wide {
-                    // Small values of a range of many decades come too.
+                    // Ranges of many decades also get small values.
                     *x = (*x * random.decades(-3, 0).min(1.0)).clamp(low, high);
                 }
             }
@@ -434,7 +434,7 @@ fn fill(ty: &ParameterType, domain: Domain, values: &mut [f64], random: &mut Ran
             values[0] = sign * random.uniform(0.1, 2.0);
         }
         (ParameterType::Matrix(n), Domain::Any) => {
-            // Mostly near the identity: the inverse of a rest shape more often than not.
+            // Mostly near the identity, because matrices are often inverses of rest shapes.
             let spread = if random.chance(4) { 2.0 } else { 0.5 };
             for (k, x) in values.iter_mut().enumerate() {
                 let diagonal = k % (*n as usize + 1) == 0;
@@ -445,7 +445,7 @@ fn fill(ty: &ParameterType, domain: Domain, values: &mut [f64], random: &mut Ran
     }
 }
 
-/// Positions, and vectors without a stated domain, shrink about one point.
+/// Shrinks positions about one point, and vectors without a stated domain about zero.
 fn coincide(places: &Places, state: &mut State, random: &mut Random) {
     let length = places.signature.scale.length.unwrap_or(1.0);
     let centre: Vec<f64> = (0..3).map(|_| length * random.uniform(-2.0, 2.0)).collect();
@@ -461,7 +461,7 @@ fn coincide(places: &Places, state: &mut State, random: &mut Random) {
     }
 }
 
-/// Orientations differ by a small turn, or by almost half a turn; vectors of three are almost parallel.
+/// Makes orientations differ by a small rotation or almost half a turn, and vectors of three almost parallel.
 fn align(places: &Places, state: &mut State, random: &mut Random, opposite: bool) {
     let scale = state.scale;
     let first = random.unit(4);

@@ -1,7 +1,7 @@
 //! The reference evaluation of a scalar program.
 //!
-//! In: a program and the values of its arguments. Out: every output. Any [`Number`] serves: doubles for tests, higher
-//! precision or error bounds for the verifier. Each live node is evaluated once, operands before users.
+//! In: a program and the values of its arguments. Out: every output. Any [`Number`] works: doubles for tests,
+//! higher precision or error bounds for the verifier. Live nodes are evaluated once, operands before users.
 
 use crate::math::functions::Operator;
 use crate::math::number::Number;
@@ -9,34 +9,32 @@ use crate::model::bodies::Slot;
 use crate::model::outputs::{self, Array, Part};
 use crate::scalar::{Id, Node, Program};
 
-/// The outputs of a kernel, in the order they are stored.
+/// The outputs of a kernel, in the order of storage.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outputs<N>(pub Vec<Array<N>>);
 
 impl<N> Outputs<N> {
-    /// All entries, every result row by row.
+    /// All entries, output by output and row by row.
     pub fn iter(&self) -> impl Iterator<Item = &N> {
         self.0.iter().flat_map(|array| &array.entries)
     }
 
-    /// The entries of a result, row by row; none if it is not computed.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    /// Entries of an output, row by row; empty if it is not computed.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn part(&self, part: Part) -> &[N] {
         outputs::entries(&self.0, part)
     }
 }
 
-/// What a node or an expression is worth.
+/// The value of a node or an expression.
 #[derive(Clone, Debug)]
 pub(crate) enum Value<N> {
-    /// A number.
     Real(N),
-    /// A truth.
     Truth(bool),
 }
 
 impl<N: Clone> Value<N> {
-    /// The number. Panics on a truth: the graph is typed by construction.
+    /// The number. Panics on a truth value: the graph is typed by construction.
     pub(crate) fn real(&self) -> N {
         match self {
             Value::Real(x) => x.clone(),
@@ -44,7 +42,7 @@ impl<N: Clone> Value<N> {
         }
     }
 
-    /// The truth. Panics on a number.
+    /// The truth value. Panics on a number.
     pub(crate) fn truth(&self) -> bool {
         match self {
             Value::Truth(x) => *x,
@@ -53,7 +51,7 @@ impl<N: Clone> Value<N> {
     }
 }
 
-/// Every output of a program, given its arguments.
+/// Evaluates every output of a program for these arguments.
 pub fn evaluate<N: Number>(program: &Program, inputs: &dyn Fn(Slot) -> N) -> Outputs<N> {
     let live = program.live();
     let mut values: Vec<Value<N>> = Vec::with_capacity(live.len());

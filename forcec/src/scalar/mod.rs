@@ -1,9 +1,9 @@
-//! The scalar graph: what a kernel computes, on reals only, canonical and n-ary.
+//! The scalar graph: the computation of a kernel on reals only, in a canonical n-ary form.
 //!
-//! Sums carry exact coefficients and a constant, products carry positive powers, a division is a product with a
-//! reciprocal. Signs and common numbers are normalised out of sums, so that a − b and b − a are one node; a node times
-//! a number is a sum of one term. A difference of two inputs may be pinned: it is a leaf that nothing regroups.
-//! Hash-consed, operands before users, ordered by id: the same input makes the same graph everywhere.
+//! Sums have exact coefficients and a constant, products have positive powers, a division is a product with a
+//! reciprocal. Signs and common sizes are moved out of sums, so that a − b and b − a share one node; a
+//! multiple is a sum of one term. A difference of two inputs may be pinned: it is a leaf that no pass
+//! regroups. Nodes are hash-consed and ordered by id, operands before users: equal inputs give equal graphs.
 
 pub mod eval;
 pub mod valuation;
@@ -19,12 +19,12 @@ use smallvec::{SmallVec, smallvec};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// A node of the scalar graph.
+/// The id of a node of the scalar graph.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Id(pub(crate) u32);
 
 impl Id {
-    /// Position in the arena.
+    /// Index in the arena.
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -42,7 +42,7 @@ impl fmt::Debug for Id {
     }
 }
 
-/// One node; conditions live in the same arena.
+/// A node; conditions are in the same arena.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Node {
     /// A number.
@@ -57,32 +57,32 @@ pub enum Node {
     Sum(Exact, Box<[(Exact, Id)]>),
     /// Π id^exponent
     Product(Box<[(Id, u32)]>),
-    /// number · x for a positive number, kept as a value of its own: something is multiplied with it more than once.
+    /// number · x for a positive number, as a separate value, because it is a factor more than once.
     Multiple(Exact, Id),
-    /// x, kept as a value of its own: no pass takes apart what it is made of.
+    /// x as a separate value: no pass takes its definition apart.
     Held(Id),
-    /// x op y as the text has it: nothing regroups it, and no number is folded.
+    /// x op y as written in the source: no pass regroups it or folds numbers in it.
     Written(Operator, Id, Id),
     /// 1/x
     Recip(Id),
-    /// A row of the function table.
+    /// A function of the function table.
     Call(Function, Box<[Id]>),
-    /// if the first holds the second, else the third
+    /// The second operand if the first is true, else the third.
     Select(Id, Id, Id),
-    /// A known truth.
+    /// A known truth value.
     Known(bool),
     /// A comparison.
     Compare(Comparison, Id, Id),
-    /// Both.
+    /// a ∧ b
     And(Id, Id),
-    /// Either.
+    /// a ∨ b
     Or(Id, Id),
-    /// Not.
+    /// ¬a
     Not(Id),
 }
 
 impl Node {
-    /// The nodes this one reads, in order.
+    /// The nodes that this node reads, in order.
     pub fn operands(&self) -> SmallVec<[Id; 4]> {
         match self {
             Node::Constant(_) | Node::Input(_) | Node::Difference(..) | Node::Offset(..) | Node::Known(_) => {
@@ -99,7 +99,7 @@ impl Node {
         }
     }
 
-    /// The entries of arguments it reads itself, in order.
+    /// Entries of arguments that this node itself reads, in order.
     pub fn slots(&self) -> SmallVec<[Slot; 2]> {
         match self {
             Node::Input(slot) | Node::Offset(slot, _) => smallvec![*slot],
@@ -109,7 +109,7 @@ impl Node {
     }
 }
 
-/// The arena.
+/// The arena of nodes.
 #[derive(Clone, Default)]
 pub struct Graph {
     nodes: IndexSet<Node, FxBuildHasher>,
@@ -124,12 +124,12 @@ impl Graph {
         self.nodes.len()
     }
 
-    /// Whether there is none.
+    /// Whether the graph has no nodes.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// A node.
+    /// The node with this id.
     pub fn node(&self, id: Id) -> &Node {
         &self.nodes[id.index()]
     }
@@ -139,12 +139,12 @@ impl Graph {
         self.nodes.iter().enumerate().map(|(i, node)| (Id(i as u32), node))
     }
 
-    /// The name a node carries from the source.
+    /// The name of a node from the source.
     pub fn name(&self, id: Id) -> Option<&str> {
         self.names.get(&id).map(String::as_str)
     }
 
-    /// Names a node, unless it has a name already or is no operation.
+    /// Names a node, unless it already has a name or is not an operation.
     pub fn set_name(&mut self, id: Id, name: &str) {
         let plain = match self.node(id) {
             Node::Constant(_) | Node::Input(_) | Node::Known(_) => true,
@@ -156,12 +156,12 @@ impl Graph {
         }
     }
 
-    /// The values in which digits are lost, if that is of interest.
+    /// The values that lose digits by cancellation, if they were recorded.
     pub fn residual(&self) -> impl Iterator<Item = Id> + '_ {
         self.residual.iter().copied()
     }
 
-    /// Digits are lost in this value.
+    /// Records a value that loses digits by cancellation.
     pub fn set_residual(&mut self, id: Id) {
         if !matches!(self.node(id), Node::Constant(_) | Node::Input(_) | Node::Known(_)) {
             self.residual.insert(id);
@@ -173,12 +173,12 @@ impl Graph {
         self.doubled.contains(&id)
     }
 
-    /// A node is to be computed in doubled precision.
+    /// Marks a node for computation in doubled precision.
     pub fn set_doubled(&mut self, id: Id) {
         self.doubled.insert(id);
     }
 
-    /// A node of another graph, its operands replaced.
+    /// Adds a node of another graph; `at` maps its operands.
     pub fn copy(&mut self, node: &Node, at: impl Fn(&Id) -> Id) -> Id {
         match node {
             Node::Constant(value) => self.constant(value.clone()),
@@ -209,7 +209,7 @@ impl Graph {
         }
     }
 
-    /// Forgets every node from this length on: the way back from an attempt that cost too much.
+    /// Truncates the arena; undoes a rejected attempt.
     pub fn truncate(&mut self, length: usize) {
         self.nodes.truncate(length);
         self.names.split_off(&Id(length as u32));
@@ -220,7 +220,7 @@ impl Graph {
         Id(u32::try_from(index).expect("the budget keeps a graph below 2^32 nodes"))
     }
 
-    /// A number.
+    /// A number as a node.
     pub fn constant(&mut self, value: Exact) -> Id {
         self.intern(Node::Constant(value))
     }
@@ -235,7 +235,7 @@ impl Graph {
         self.constant(Exact::ONE)
     }
 
-    /// The number a node is, if it is one.
+    /// The value of a node, if it is a number.
     pub fn value(&self, id: Id) -> Option<&Exact> {
         match self.node(id) {
             Node::Constant(value) => Some(value),
@@ -248,12 +248,12 @@ impl Graph {
         self.value(id).is_some_and(Exact::is_zero)
     }
 
-    /// An entry of an argument.
+    /// An entry of an argument as a node.
     pub fn input(&mut self, slot: Slot) -> Id {
         self.intern(Node::Input(slot))
     }
 
-    /// first − second, pinned; the greater slot is kept first.
+    /// first − second, pinned; stored with the greater slot first.
     pub fn difference(&mut self, first: Slot, second: Slot) -> Id {
         if first < second {
             let opposite = self.intern(Node::Difference(second, first));
@@ -262,7 +262,7 @@ impl Graph {
         self.intern(Node::Difference(first, second))
     }
 
-    /// x + number, pinned where x is an entry of an argument.
+    /// x + number, pinned if x is an entry of an argument.
     pub fn offset(&mut self, x: Id, number: Exact) -> Id {
         match *self.node(x) {
             Node::Input(slot) if !number.is_zero() => self.intern(Node::Offset(slot, number)),
@@ -270,7 +270,7 @@ impl Graph {
         }
     }
 
-    /// A node as coefficient and rest; a number is itself times one.
+    /// The coefficient of a node and the rest; a number has coefficient 1.
     pub fn split(&self, id: Id) -> (Exact, Id) {
         match self.node(id) {
             Node::Sum(constant, terms) if terms.len() == 1 && constant.is_zero() => terms[0].clone(),
@@ -283,7 +283,7 @@ impl Graph {
         self.sum(Exact::ZERO, vec![(coefficient, id)])
     }
 
-    /// coefficient · id as a value that no user takes apart.
+    /// coefficient · id as a separate value that no user takes apart.
     pub fn held_multiple(&mut self, coefficient: &Exact, id: Id) -> Id {
         let (inner, rest) = self.split(id);
         let coefficient = coefficient * &inner;
@@ -295,7 +295,7 @@ impl Graph {
         if coefficient.is_negative() { self.neg(held) } else { held }
     }
 
-    /// x op y as the text has it. Signs move outward, which rounds nothing.
+    /// x op y as written in the source. Signs move outward, which is exact.
     pub fn written(&mut self, operator: Operator, x: Id, y: Id) -> Id {
         let sign = |graph: &mut Graph, id: Id| match graph.split(id) {
             (c, rest) if c.is_unit() && c.is_negative() => (true, rest),
@@ -317,7 +317,7 @@ impl Graph {
         if negative { self.neg(written) } else { written }
     }
 
-    /// A product or multiple as a value that no pass takes apart; what is neither needs no holding. Signs move outward.
+    /// A product or multiple as a value that no pass takes apart; other nodes unchanged. Signs move outward.
     pub fn held(&mut self, id: Id) -> Id {
         let (coefficient, rest) = self.split(id);
         let atom = coefficient.is_unit() && !matches!(self.node(rest), Node::Product(_) | Node::Recip(_));
@@ -349,7 +349,7 @@ impl Graph {
         self.product(&[(x, 1), (y, 1)])
     }
 
-    /// constant + Σ coefficient · term. Numbers and multiples are taken in, sums of several terms stay atoms.
+    /// constant + Σ coefficient · term. Numbers and multiples are merged; sums of several terms stay atoms.
     pub fn sum(&mut self, constant: Exact, terms: Vec<(Exact, Id)>) -> Id {
         let mut constant = constant;
         let mut terms = terms;
@@ -373,7 +373,7 @@ impl Graph {
             }
             _ => {}
         }
-        // One definition for a sum and its multiples: the leading coefficient positive, a common size taken out.
+        // A sum and its multiples share one node: positive leading coefficient, common size moved out.
         let size = terms[0].0.abs();
         let even =
             terms.iter().all(|(c, _)| c.abs() == size) && (constant.is_zero() || constant.abs() == size);
@@ -399,7 +399,7 @@ impl Graph {
         self.intern(Node::Sum(Exact::ZERO, [(coefficient, id)].into()))
     }
 
-    /// Π factor^exponent. Numbers move outward, powers of one factor are merged.
+    /// Π factor^exponent. Numbers move outward, and powers of the same factor are merged.
     pub fn product(&mut self, factors: &[(Id, u32)]) -> Id {
         let mut coefficient = Exact::ONE;
         let mut powers: SmallVec<[(Id, i64); 8]> = SmallVec::new();
@@ -410,7 +410,7 @@ impl Graph {
                 continue;
             }
             if !c.power_stays(exponent) && exponent > 1 {
-                // Raised as a whole, so that no number leaves the range where the power does not.
+                // Raised as a whole, so that no coefficient leaves the range if the power does not.
                 if c.is_negative() && exponent % 2 == 1 {
                     coefficient = -coefficient;
                 }
@@ -467,17 +467,17 @@ impl Graph {
         self.scaled(coefficient.recip(), inverse)
     }
 
-    /// A function of the table.
+    /// A call of a function of the table.
     pub fn call(&mut self, function: Function, arguments: &[Id]) -> Id {
         let mut arguments: Box<[Id]> = arguments.into();
         if function == Function::Hypot {
-            // Either leg may be the first.
+            // The function is symmetric.
             arguments.sort_unstable();
         }
         self.intern(Node::Call(function, arguments))
     }
 
-    /// if the condition holds x, else y
+    /// x if the condition is true, else y
     pub fn select(&mut self, condition: Id, x: Id, y: Id) -> Id {
         if x == y {
             return x;
@@ -503,12 +503,12 @@ impl Graph {
         self.scaled(content, select)
     }
 
-    /// A known truth.
+    /// A known truth value as a node.
     pub fn known(&mut self, value: bool) -> Id {
         self.intern(Node::Known(value))
     }
 
-    /// A comparison.
+    /// A comparison of x and y.
     pub fn compare(&mut self, comparison: Comparison, x: Id, y: Id) -> Id {
         self.intern(Node::Compare(comparison, x, y))
     }
@@ -531,7 +531,7 @@ impl Graph {
         }
     }
 
-    /// The operations a node costs by itself.
+    /// Operations of a node without its operands.
     pub fn cost(&self, id: Id) -> Operations {
         let mut cost = Operations::default();
         match self.node(id) {
@@ -562,7 +562,7 @@ impl Graph {
     }
 }
 
-/// Counted operations.
+/// Operation counts.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Operations {
     /// Additions and subtractions.
@@ -575,12 +575,12 @@ pub struct Operations {
     pub sqrt: usize,
     /// Everything else: functions, comparisons, selections.
     pub call: usize,
-    /// Negations, which no total counts.
+    /// Negations, which are not part of the total.
     pub neg: usize,
 }
 
 impl Operations {
-    /// All of them without negations.
+    /// The total without negations.
     pub fn total(&self) -> usize {
         self.add + self.mul + self.div + self.sqrt + self.call
     }
@@ -597,59 +597,59 @@ impl std::ops::AddAssign for Operations {
     }
 }
 
-/// What a kernel is after a pass.
+/// A kernel after a pass of the optimiser.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Step {
-    /// The pass.
+    /// The name of the pass.
     pub pass: &'static str,
-    /// Operations.
+    /// The operation counts.
     pub operations: Operations,
-    /// Outputs that are not zero, those that are equal up to sign counted once.
+    /// Number of nonzero outputs that are distinct up to sign.
     pub distinct: usize,
 }
 
 /// A kernel as a scalar graph with outputs.
 #[derive(Clone)]
 pub struct Program {
-    /// The arguments.
+    /// The arguments of the kernel.
     pub signature: Signature,
-    /// The nodes.
+    /// The arena of nodes.
     pub graph: Graph,
-    /// The results, in the order they are stored.
+    /// The outputs, in the order of storage.
     pub arrays: Vec<Array<Id>>,
 }
 
 impl Program {
-    /// All outputs in the order they are stored: every result row by row.
+    /// All entries in the order of storage, output by output and row by row.
     pub fn outputs(&self) -> impl Iterator<Item = Id> + '_ {
         self.arrays.iter().flat_map(|array| &array.entries).copied()
     }
 
-    /// The entries of a result, row by row; none if it is not computed.
+    /// Entries of an output, row by row; empty if it is not computed.
     pub fn part(&self, part: Part) -> &[Id] {
         outputs::entries(&self.arrays, part)
     }
 
-    /// A program all of whose outputs are one node.
+    /// A program whose entries are all the same node.
     pub fn filled(signature: Signature, graph: Graph, parts: &[Part], id: Id) -> Program {
         let array = |part: &Part| Array::new(*part, &signature, vec![id; part.length(&signature)]);
         let arrays = parts.iter().map(array).collect();
         Program { signature, graph, arrays }
     }
 
-    /// Changes one output. Panics if it is not computed.
+    /// Changes one entry. Panics if its output is not computed.
     pub fn set(&mut self, output: Output, id: Id) {
         let array = self.arrays.iter_mut().find(|array| array.part == output.part);
         let array = array.expect("a result that is computed");
         array.entries[output.row * array.columns + output.column] = id;
     }
 
-    /// The outputs, and the values in which digits are lost.
+    /// The outputs, and the values that lose digits by cancellation.
     pub fn roots(&self) -> impl Iterator<Item = Id> + '_ {
         self.outputs().chain(self.graph.residual())
     }
 
-    /// The same outputs over no nodes yet.
+    /// The same signature and outputs with an empty graph.
     pub fn outline(&self) -> Program {
         Program { signature: self.signature.clone(), graph: Graph::default(), arrays: self.arrays.clone() }
     }
@@ -661,7 +661,7 @@ impl Program {
         }
     }
 
-    /// Which nodes some output needs.
+    /// Whether each node is needed by an output.
     pub fn live(&self) -> Vec<bool> {
         let mut live = vec![false; self.graph.len()];
         for output in self.outputs() {
@@ -677,7 +677,7 @@ impl Program {
         live
     }
 
-    /// The operations of every node that some output needs, each once.
+    /// Operations of all nodes that outputs need, each counted once.
     pub fn operations(&self) -> Operations {
         let mut total = Operations::default();
         for (index, live) in self.live().into_iter().enumerate() {

@@ -1,9 +1,9 @@
-//! How values vanish or grow where all positions meet: the power h of their distance d in c·dʰ.
+//! Valuations: how values vanish or grow as all positions meet: the power h of their distance d in c·dʰ.
 //!
-//! A value of valuation −6, the square of 1/det of three edges, leaves single precision at edges of 1e-7, though it is
-//! multiplied with what makes the product ordinary. Two passes ask: factoring, before it makes a product a value of its
-//! own, and the schedule, for the order of the factors. What is unknown counts as ordinary, 0; cancellation is not seen.
-//! The term is that of algebra: the valuation of a sum is at least the smallest of its terms'.
+//! The square of 1/det of three edges has valuation −6 and overflows single precision at edges of 1e-7,
+//! though the product that contains it is ordinary. Factoring uses valuations to choose separate values, the
+//! schedule uses them to order factors. Unknown valuations count as 0; cancellation is ignored. As in
+//! algebra, the valuation of a sum is at least the smallest valuation of its terms.
 
 use crate::math::functions::Function;
 use crate::model::bodies::{Domain, Role, Signature, Slot};
@@ -15,15 +15,15 @@ use std::ops::{Add, Neg};
 pub struct Valuation(i32);
 
 impl Valuation {
-    /// Of an ordinary value.
+    /// The valuation of an ordinary value.
     pub const ZERO: Valuation = Valuation(0);
-    /// Of a length.
+    /// The valuation of a length.
     const ONE: Valuation = Valuation(2);
-    /// What single precision holds of either sign: d⁵ at distances of 1e-7.
+    /// The largest valuation of either sign in single precision: d⁵ at distances of 1e-7.
     const WIDEST: i32 = 10;
 
-    /// Of an entry of an argument: positions and velocities meet; a parameter is as large as its domain says; all else is
-    /// ordinary.
+    /// The valuation of an entry of an argument: 1 for positions and velocities, from the stated domain for
+    /// parameters, 0 for all others.
     pub fn of_slot(signature: &Signature, slot: Slot) -> Valuation {
         match signature.role(slot) {
             Some(Role::Position | Role::Velocity) => Valuation::ONE,
@@ -35,23 +35,23 @@ impl Valuation {
         }
     }
 
-    /// Of a number, as a power of the distance at which floats are at their limits.
+    /// The valuation of a number, as a power of 1e-7.
     fn of_number(size: f64) -> Valuation {
         let halves = (-2.0 * size.log10() / 7.0).round();
         Valuation(if halves.is_finite() { halves as i32 } else { 0 })
     }
 
-    /// Of the difference of two entries: points meet, be they positions or parameters.
+    /// The valuation of a difference of entries: points can coincide, even if one is a parameter.
     pub fn of_difference(signature: &Signature, first: Slot, second: Slot) -> Valuation {
         Valuation::of_slot(signature, first).max(Valuation::of_slot(signature, second))
     }
 
-    /// Of a sum, or of a choice.
+    /// The valuation of a sum, or of a selection.
     pub fn least(terms: impl IntoIterator<Item = Valuation>) -> Valuation {
         terms.into_iter().min().unwrap_or_default()
     }
 
-    /// Of a function's value.
+    /// The valuation of a function call.
     pub fn of_call(function: Function, arguments: &[Valuation]) -> Valuation {
         let first = arguments.first().copied().unwrap_or_default();
         match function {
@@ -60,7 +60,7 @@ impl Valuation {
             }
             Function::Sqrt => Valuation(first.0 / 2),
             Function::Cbrt => Valuation(first.0 / 3),
-            // As their argument where that is small.
+            // Near 0, these functions behave like their argument.
             Function::Sin
             | Function::Tan
             | Function::Asin
@@ -76,7 +76,7 @@ impl Valuation {
         }
     }
 
-    /// Of a node of the scalar graph that is no sum and no product.
+    /// The valuation of a node that is neither a sum nor a product.
     pub fn of_node(signature: &Signature, node: &Node, operands: &[Valuation]) -> Valuation {
         match (node, operands) {
             (Node::Input(slot) | Node::Offset(slot, _), _) => Valuation::of_slot(signature, *slot),
@@ -89,23 +89,23 @@ impl Valuation {
         }
     }
 
-    /// Whether floats hold a value with this.
+    /// Whether single precision can represent such values.
     pub fn is_held(self) -> bool {
         self.0.abs() <= Valuation::WIDEST
     }
 
-    /// How far from ordinary.
+    /// Its distance from 0.
     pub fn size(self) -> u32 {
         self.0.unsigned_abs()
     }
 
-    /// Whether floats hold it, or it lies between 0 and the other.
+    /// Whether single precision can represent it, or it lies between 0 and the other.
     pub fn is_on_the_way_to(self, other: Valuation) -> bool {
         self.is_held() || (other.0.min(0)..=other.0.max(0)).contains(&self.0)
     }
 }
 
-/// Of a product.
+/// The valuation of a product.
 impl Add for Valuation {
     type Output = Valuation;
 
@@ -114,7 +114,7 @@ impl Add for Valuation {
     }
 }
 
-/// Of a reciprocal.
+/// The valuation of a reciprocal.
 impl Neg for Valuation {
     type Output = Valuation;
 

@@ -307,7 +307,7 @@ impl Schedule {
     }
 
     /// How many temporaries and stores there are; a loop counts as one.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn lines(&self) -> usize {
         let counts = |s: &&Statement| !matches!(s, Statement::Zero { .. } | Statement::Heading(_));
         self.statements.iter().filter(counts).count()

@@ -1,7 +1,7 @@
 //! Mathematics for people: nodes of the vector graph as formulas, in plain text or LaTeX.
 //!
-//! In: a vector graph and what to show. Out: one line a definition, operands first. A node gets a line of its own when
-//! it has a name, or when several others use it and it is too long to repeat.
+//! In: a vector graph and its roots. Out: one line per definition, operands first. A node gets its own line
+//! if it has a name, or if several others use it and it is too long to repeat.
 
 use crate::derive::block::Matrix;
 use crate::math::exact::Exact;
@@ -11,7 +11,7 @@ use crate::model::bodies::{Role, Slot};
 use crate::vector::{Graph, Node, Vector};
 use std::collections::BTreeMap;
 
-/// How a formula is spelled.
+/// The notation of a formula.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Dialect {
     /// Unicode text.
@@ -20,7 +20,7 @@ pub enum Dialect {
     Latex,
 }
 
-/// How tightly the outermost operation of a formula binds.
+/// The precedence of the outermost operation of a formula.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
     Choice,
@@ -36,17 +36,17 @@ pub struct Formulas<'g> {
     dialect: Dialect,
     /// Nodes that are referred to by name.
     names: BTreeMap<u32, String>,
-    /// Formulas made so far.
+    /// Finished formulas.
     made: BTreeMap<u32, (String, Binding)>,
-    /// Lines to show, by node.
+    /// Definitions to show, by node.
     lines: Vec<(u32, String)>,
 }
 
-/// Longer formulas of unnamed nodes that are used twice get a name.
+/// Formulas of unnamed nodes that are longer than this and used twice get a name.
 const INLINE: usize = 24;
 
 impl<'g> Formulas<'g> {
-    /// Reads everything below the roots.
+    /// Builds all formulas below the roots.
     pub fn new(graph: &'g Graph, dialect: Dialect, roots: &[u32]) -> Formulas<'g> {
         let mut formulas =
             Formulas { graph, dialect, names: BTreeMap::new(), made: BTreeMap::new(), lines: Vec::new() };
@@ -69,7 +69,7 @@ impl<'g> Formulas<'g> {
             Node::VectorLet(v) => Some(v.0),
             _ => None,
         };
-        // What stands behind a `let` is called as that is, and shown once.
+        // The node inside a `let` takes the name of the `let` and is shown once.
         let called: BTreeMap<u32, &str> =
             uses.keys().filter_map(|let_| Some((within(*let_)?, graph.name(*let_ as usize)?))).collect();
         let mut taken: BTreeMap<String, usize> = BTreeMap::new();
@@ -79,7 +79,7 @@ impl<'g> Formulas<'g> {
                 formulas.made.insert(index, (text, binding));
                 continue;
             }
-            // An argument has a name, however long that is written.
+            // An argument already has a name, however long the name is.
             let argument = matches!(
                 graph.node(index as usize),
                 Node::Constant(_) | Node::Entry(_) | Node::Triple(_) | Node::Known(_)
@@ -96,7 +96,7 @@ impl<'g> Formulas<'g> {
             let number = taken.entry(name.clone()).or_default();
             *number += 1;
             let unique = if *number == 1 && name != "t" { name } else { format!("{name}_{number}") };
-            // What is in parentheses wherever it stands needs none on a line of its own.
+            // A difference has parentheses inside other formulas, but needs none on its own line.
             let bare = match graph.node(index as usize) {
                 Node::Difference(..) => text.trim_start_matches('(').trim_end_matches(')').to_owned(),
                 _ => text,
@@ -114,7 +114,7 @@ impl<'g> Formulas<'g> {
         self.lines.iter().map(|(index, text)| (self.names[index].as_str(), text.as_str()))
     }
 
-    /// The formula of a node, names used where there are any.
+    /// The formula of a node; named nodes appear by name.
     pub fn formula(&self, index: usize) -> &str {
         &self.made[&(index as u32)].0
     }
@@ -368,7 +368,7 @@ impl<'g> Formulas<'g> {
         }
     }
 
-    /// The multiple of a vector of numbers, a vector of numbers.
+    /// A multiple of a constant vector, as a constant vector.
     fn multiple(&self, factor: &Exact, index: u32) -> Option<String> {
         let Node::Pack(entries) = self.graph.node(index as usize) else { return None };
         let scaled = entries.iter().map(|entry| match self.graph.node(entry.index()) {
@@ -398,7 +398,7 @@ impl<'g> Formulas<'g> {
         if !constant.is_zero() {
             parts.push((constant.is_negative(), number(&constant.abs(), self.dialect)));
         }
-        // A positive term first, if there is one.
+        // A positive term comes first, if there is one.
         if let Some(first) = parts.iter().position(|(negative, _)| !negative) {
             parts[..=first].rotate_right(1);
         }
@@ -427,7 +427,7 @@ fn wrap(text: &str, binding: Binding, at_least: Binding, dialect: Dialect) -> St
     }
 }
 
-/// A number with the sign that text of its dialect has.
+/// A number with the minus sign of its dialect.
 fn signed(value: &Exact, dialect: Dialect) -> String {
     match (dialect, value.is_negative()) {
         (Dialect::Text, true) => format!("−{}", number(&value.abs(), dialect)),

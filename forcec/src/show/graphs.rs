@@ -1,4 +1,4 @@
-//! Text forms of the graphs, one line a node: what `forcec show` prints between source and kernel.
+//! Text forms of the graphs, one line per node: the output of `forcec show` between source and kernel.
 
 use crate::derive::Derived;
 use crate::model::outputs::Array;
@@ -7,7 +7,7 @@ use crate::show::formula::{Dialect, Formulas};
 use crate::vector::{Graph, Node};
 use std::fmt::{self, Write};
 
-/// Operations and distinct outputs after lowering and after every pass.
+/// Operation counts and distinct outputs after lowering and after every pass.
 pub fn passes(report: &[Step]) -> String {
     let mut text = format!(
         "{:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}{:>10}\n",
@@ -28,7 +28,7 @@ pub fn passes(report: &[Step]) -> String {
     text
 }
 
-/// The vector graph: id, operation, operands; the name of a let behind it.
+/// The vector graph: id, operation, operands; then the name of a `let`.
 impl fmt::Display for Graph {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, node) in self.nodes().enumerate() {
@@ -198,7 +198,7 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
     text
 }
 
-/// The scalar graph: id, operation, operands; the name behind it; the outputs last, zeros left out.
+/// The scalar graph: id, operation, operands, name; then the outputs that are not zero.
 impl fmt::Display for Program {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let live = self.live();

@@ -1,4 +1,4 @@
-//! The stages as text: formulas and graphs.
+//! Text forms of the stages: formulas and graphs.
 
 pub mod formula;
 pub mod graphs;

@@ -1,45 +1,45 @@
-//! Errors and warnings: values with a place, rendered once, at the edge of the program.
+//! Errors and warnings: values with a source position, rendered once, just before output.
 //!
-//! In: a message, a span, what is true there and what to write instead. Out: the text rustc users know.
+//! In: a message, a span, a label for the span and a help text. Out: text in the format of rustc.
 
 use crate::source::span::{Source, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use std::fmt;
 
-/// How bad it is.
+/// The severity of a diagnostic.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Severity {
     /// The input cannot be compiled.
     Error,
-    /// The input compiles, but something at this place deserves a look.
+    /// The input compiles, but the position deserves attention.
     Warning,
 }
 
 /// The kinds of warnings.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Lint {
-    /// A value, or a derivative, may not exist.
+    /// A value or a derivative may not exist.
     Singular,
-    /// Nothing reads a name, or uses a value.
+    /// A name is never read, or a value is never used.
     Unused,
-    /// A parameter is set to a value outside of its domain.
+    /// A parameter is set to a value outside its domain.
     OutsideDomain,
-    /// A constraint leaves its first-order expansion near where it is satisfied.
+    /// A constraint deviates from its first-order expansion near its zero set.
     Nonlinear,
-    /// Velocities let a force bring in energy.
+    /// A force depends on velocities and can add energy.
     EnergyGain,
-    /// Damping shortens the largest stable step.
+    /// Damping reduces the largest stable step.
     DampedStep,
-    /// A Gauss–Newton stiffness shortens the largest stable step.
+    /// A Gauss–Newton stiffness reduces the largest stable step.
     GaussNewton,
-    /// An arm of a branch at which no state of a check is.
+    /// A check has no state in one arm of a branch.
     Uncovered,
-    /// An attribute allows warnings and does not say why.
+    /// An attribute allows lints without a reason.
     MissingReason,
 }
 
 impl Lint {
-    /// Those that `#[allow(…, reason = "…")]` answers.
+    /// The lints that `#[allow(…, reason = "…")]` accepts.
     pub const ALLOWED: [Lint; 8] = [
         Lint::Singular,
         Lint::Unused,
@@ -51,7 +51,7 @@ impl Lint {
         Lint::Uncovered,
     ];
 
-    /// Its name in messages and attributes.
+    /// The name in messages and attributes.
     pub fn name(self) -> &'static str {
         match self {
             Lint::Singular => "singular",
@@ -66,38 +66,38 @@ impl Lint {
         }
     }
 
-    /// The lint of this name that can be allowed.
+    /// The lint with this name, if an attribute can allow it.
     pub fn named(name: &str) -> Option<Lint> {
         Lint::ALLOWED.into_iter().find(|lint| lint.name() == name)
     }
 
-    /// Whether rustc has a lint of this name too.
+    /// Whether rustc also has a lint with this name.
     pub fn is_shared(self) -> bool {
         self == Lint::Unused
     }
 }
 
-/// One message at one place.
+/// An error or a warning at one position.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
     /// One lower-case sentence, source words in backticks.
     pub message: String,
-    /// Where; `None` for the file as a whole.
+    /// The position; `None` for the file as a whole.
     pub span: Option<Span>,
-    /// What is true at that place.
+    /// The label at the position.
     pub label: String,
     /// What to write instead.
     pub help: Option<String>,
-    /// What kind of warning it is.
+    /// The kind of the warning, if it has one.
     pub lint: Option<Lint>,
-    /// How many times it was met: in the passes of a loop, by the callers of a helper.
+    /// How often the diagnostic occurs: in iterations of a loop, or in calls of a helper.
     pub times: usize,
 }
 
 impl Diagnostic {
-    /// An error at a place; the label says what is true there.
+    /// An error at a position; the label describes the code there.
     pub fn error(span: Span, message: impl Into<String>, label: impl Into<String>) -> Diagnostic {
         Diagnostic {
             severity: Severity::Error,
@@ -110,7 +110,7 @@ impl Diagnostic {
         }
     }
 
-    /// A warning at a place.
+    /// A warning at a position.
     pub fn warning(span: Span, message: impl Into<String>, label: impl Into<String>) -> Diagnostic {
         Diagnostic { severity: Severity::Warning, ..Diagnostic::error(span, message, label) }
     }
@@ -128,19 +128,19 @@ impl Diagnostic {
         }
     }
 
-    /// The same message with a hint on what to write.
+    /// Adds a help text on what to write instead.
     pub fn help(mut self, help: impl Into<String>) -> Diagnostic {
         self.help = Some(help.into());
         self
     }
 
-    /// The same warning as one of a kind.
+    /// Sets the kind of a warning.
     pub fn lint(mut self, lint: Lint) -> Diagnostic {
         self.lint = Some(lint);
         self
     }
 
-    /// What is true at its place, and how often it was met.
+    /// The label with the number of occurrences.
     fn whole_label(&self) -> String {
         match self.times {
             1 => self.label.clone(),
@@ -149,17 +149,17 @@ impl Diagnostic {
     }
 }
 
-/// Everything one stage has to say about one source text.
+/// All diagnostics of one stage about one source text.
 #[derive(Clone, Debug)]
 pub struct Diagnostics {
-    /// The text the spans point into.
+    /// The source text that the spans refer to.
     pub source: Source,
-    /// The messages, in the order of their places.
+    /// The diagnostics, in source order.
     pub list: Vec<Diagnostic>,
 }
 
 impl Diagnostics {
-    /// The messages sorted by place, each once; of a warning how many times it was met is told.
+    /// Sorts diagnostics by position and merges equal ones; a merged warning counts its occurrences.
     pub fn new(source: Source, mut list: Vec<Diagnostic>) -> Diagnostics {
         let key = |d: &Diagnostic| (d.span.map(|s| (s.start, s.end)), d.severity, d.message.clone());
         list.sort_by_cached_key(|d| (key(d), d.label.clone(), d.help.clone()));
@@ -173,15 +173,15 @@ impl Diagnostics {
         Diagnostics { source, list }
     }
 
-    /// Whether any of them is an error.
+    /// Whether the list contains an error.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(|d| d.severity == Severity::Error)
     }
 
-    /// The rendered text, with terminal colours or without.
+    /// Renders all diagnostics, with or without terminal colours.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
-        // Messages are in the order of their places: lines are counted once, and each message sees its own alone.
+        // Diagnostics are in source order: lines are counted once, and each diagnostic gets its own lines.
         let (mut counted, mut line) = (0, 1);
         let reports = self.list.iter().map(|diagnostic| {
             let text = self.source.text.as_bytes();
@@ -197,7 +197,7 @@ impl Diagnostics {
         reports.collect::<Vec<String>>().join("\n\n")
     }
 
-    /// A message with the lines it is about, of which the first starts at this byte and has this number.
+    /// A diagnostic with its lines; the first line starts at byte `start` and has number `line`.
     fn report<'a>(&'a self, diagnostic: &'a Diagnostic, start: usize, line: usize) -> Vec<Group<'a>> {
         let level = match diagnostic.severity {
             Severity::Error => Level::ERROR,

@@ -1,4 +1,4 @@
-//! Places in a text, and what is said about them.
+//! Source texts, positions in them, and diagnostics.
 
 pub mod diagnostic;
 pub mod span;

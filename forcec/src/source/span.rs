@@ -1,10 +1,10 @@
-//! Places in a source text.
+//! Positions in a source text.
 //!
-//! A span is a pair of byte offsets, small and `Copy`; `Source` turns it back into a file, a line and a column.
+//! A span is a pair of byte offsets, small and `Copy`; `Source` converts it to a file, a line and a column.
 
 use std::path::Path;
 
-/// A path as messages show it: what would steer a terminal, or turn the direction of text, is escaped.
+/// A path for messages: characters that control a terminal or the direction of text are escaped.
 pub fn shown(path: &Path) -> String {
     let mut text = String::new();
     for letter in path.to_string_lossy().chars() {
@@ -21,9 +21,9 @@ pub fn shown(path: &Path) -> String {
 /// A half-open range of bytes of one source text.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct Span {
-    /// First byte.
+    /// Offset of the first byte.
     pub start: u32,
-    /// One past the last byte.
+    /// Offset after the last byte.
     pub end: u32,
 }
 
@@ -37,19 +37,19 @@ impl Span {
 /// A named source text.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// What messages call it: a path as the user gave it.
+    /// The name in messages: a path as the user gave it.
     pub name: String,
-    /// The text itself.
+    /// The source text.
     pub text: String,
 }
 
 impl Source {
-    /// A source text under a name.
+    /// Creates a source text with a name.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Source {
         Source { name: name.into(), text: text.into() }
     }
 
-    /// Line and column of a byte offset, both counted from 1, the column in characters.
+    /// The line and the column of a byte offset, both counted from 1; the column counts characters.
     pub fn line_column(&self, offset: u32) -> (usize, usize) {
         let mut offset = (offset as usize).min(self.text.len());
         while !self.text.is_char_boundary(offset) {

@@ -1,11 +1,11 @@
-//! Did you mean: the known name nearest to a misspelt one.
+//! Suggestions: the known name nearest to a misspelt one.
 
-/// The candidate nearest to `name`, if one is near enough; of equals the first.
+/// The candidate nearest to `name`, if near enough; the first of equally near ones.
 pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.len() > 64 {
         return None;
     }
-    // One letter in three, at most three.
+    // One wrong letter in three, at most three.
     let limit = (name.len() / 3).clamp(1, 3);
     let mut best: Option<(usize, &str)> = None;
     for candidate in candidates {
@@ -24,7 +24,7 @@ pub(crate) fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = 
     nearest(name, candidates).map(|candidate| format!("did you mean `{candidate}`?"))
 }
 
-/// How many letters have to be inserted, deleted, replaced or swapped with their neighbour.
+/// The edit distance: inserted, deleted, replaced and swapped adjacent letters.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     if b.len() > 64 {

@@ -1,7 +1,7 @@
-//! The syntax tree: what a force file says, with places, free of everything the language leaves out.
+//! The syntax tree of a force file, with source positions, without Rust syntax outside the force language.
 //!
-//! Expressions lie in one arena per function, operands before users, and are named by `Copy` ids: a tree of any depth
-//! is flat memory. Names are not resolved and types are not checked yet.
+//! The expressions of a function are in one arena, operands before users, and have `Copy` ids, so a tree of
+//! any depth is stored flat. Names are not yet resolved, and types are not yet checked.
 
 use crate::math::exact::Exact;
 use crate::options::Choice;
@@ -11,34 +11,34 @@ use crate::source::span::{Source, Span};
 /// A parsed force file.
 #[derive(Clone, Debug)]
 pub struct File {
-    /// The text the spans point into.
+    /// The source text that the spans refer to.
     pub source: Source,
-    /// Its `//!` comment, a line each, without the leading space.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    /// Lines of its `//!` comment, without the leading space.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub docs: Vec<String>,
     /// The functions, helpers included, in source order.
     pub functions: Vec<Function>,
     /// The constants, in source order.
     pub constants: Vec<Constant>,
-    /// The names of the modules of forces among its items.
+    /// Names of its `#[forces]` modules.
     pub modules: Vec<String>,
-    /// What attributes allow without a reason, and where.
+    /// Lints that an attribute allows without a reason, with positions.
     pub unexplained: Vec<(Lint, Span)>,
 }
 
 impl File {
     /// The force functions, in source order.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn forces(&self) -> impl Iterator<Item = &Function> {
         self.functions.iter().filter(|f| f.kind != FunctionKind::Helper)
     }
 
-    /// The function of that name.
+    /// The function with this name.
     pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.iter().find(|f| f.name.text == name)
     }
 
-    /// A warning for each attribute that answers warnings and does not say why.
+    /// A warning for each attribute that allows a lint without a reason.
     pub fn unexplained(&self) -> impl Iterator<Item = Diagnostic> {
         self.unexplained.iter().map(|(lint, span)| {
             let name = lint.name();
@@ -48,10 +48,10 @@ impl File {
         })
     }
 
-    /// The doc comment at the head of the file, a line each.
+    /// Lines of the doc comment at the head of the file.
     pub fn docs(&self) -> Vec<String> {
         let text = self.source.text.trim_start_matches('\u{feff}');
-        // A licence or a note to editors may stand before the documentation.
+        // A licence or a note may precede the documentation.
         let before =
             |line: &&str| line.trim().is_empty() || line.starts_with("//") && !line.starts_with("//!");
         let lines = text.lines().skip_while(before).map_while(|line| line.strip_prefix("//!"));
@@ -59,25 +59,25 @@ impl File {
     }
 }
 
-/// An identifier and where it stands.
+/// An identifier with its position.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Name {
     /// The identifier.
     pub text: String,
-    /// Where it stands.
+    /// Its position.
     pub span: Span,
 }
 
-/// What a function is to the compiler.
+/// The kind of a function.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FunctionKind {
-    /// No attribute: inlined where it is called.
+    /// No attribute: inlined at each call.
     Helper,
     /// `#[constraint]`
     Constraint {
-        /// Rows push only while they are negative.
+        /// Whether rows push only while they are negative.
         unilateral: bool,
-        /// `stiffness` and `damping` have an entry a row.
+        /// Whether `stiffness` and `damping` have one entry per row.
         per_row: bool,
     },
     /// `#[energy]`
@@ -89,50 +89,50 @@ pub enum FunctionKind {
 /// An option that an attribute states.
 #[derive(Clone, Debug)]
 pub struct Stated {
-    /// What is stated.
+    /// The option with its value.
     pub choice: Choice,
-    /// Where.
+    /// Its position.
     pub span: Span,
-    /// Where each of its values stands.
+    /// Positions of its values.
     pub places: Vec<Span>,
-    /// Whether it is stated of a module, and holds for those of its functions that it fits.
+    /// Whether a module states it, for those of its functions that it applies to.
     pub shared: bool,
 }
 
-/// A function.
+/// A force function or a helper.
 #[derive(Clone, Debug)]
 pub struct Function {
-    /// Doc comment, a line each, without the leading space.
+    /// Lines of its doc comment, without the leading space.
     pub docs: Vec<String>,
-    /// What it is.
+    /// Helper, or kind of force function.
     pub kind: FunctionKind,
-    /// The options of its module's attribute, then those of its own.
+    /// Options of the module's attribute, then of its own.
     pub options: Vec<Stated>,
     /// The clauses of `#[domain(…)]`.
     pub domains: Vec<DomainClause>,
-    /// Its name.
+    /// Its name in the source.
     pub name: Name,
-    /// Its arguments.
+    /// Its arguments, in source order.
     pub arguments: Vec<Argument>,
-    /// What it returns.
+    /// Its return type; the empty tuple if omitted.
     pub output: Type,
-    /// Its expressions.
+    /// The arena of its expressions.
     pub expressions: Expressions,
-    /// Its body.
+    /// Its body, a block.
     pub body: Block,
     /// From its name to the end of its body.
     pub span: Span,
-    /// The warnings that its attributes answer, and those of its module and file.
+    /// The lints that its attributes and those of its module and file allow.
     pub allowed: Vec<Lint>,
 }
 
 impl Function {
-    /// What it states of itself, in order.
+    /// The options that apply to it, in order.
     pub fn choices(&self) -> impl Iterator<Item = &Choice> {
         self.options.iter().map(|stated| &stated.choice)
     }
 
-    /// The names that it binds: its arguments, and the variables in its body.
+    /// Names that it binds: its arguments, and the variables in its body.
     pub fn bound(&self) -> Vec<&Name> {
         let mut names: Vec<&Name> = self.arguments.iter().map(|argument| &argument.name).collect();
         let mut blocks = vec![&self.body];
@@ -166,7 +166,7 @@ impl Function {
         names
     }
 
-    /// Where it states the value of a parameter.
+    /// Position where an option sets a parameter.
     pub fn sets(&self, parameter: &str) -> Option<Span> {
         let mut places = self.options.iter().rev().filter_map(|stated| {
             let Choice::Known(known) = &stated.choice else { return None };
@@ -180,11 +180,11 @@ impl Function {
 /// One argument of a function.
 #[derive(Clone, Debug)]
 pub struct Argument {
-    /// Its name.
+    /// Its name in the source.
     pub name: Name,
     /// Whether it is declared `mut`.
     pub mutable: bool,
-    /// Its type.
+    /// Its type as written.
     pub ty: Type,
 }
 
@@ -193,44 +193,44 @@ pub struct Argument {
 pub struct DomainClause {
     /// The parameter, the body, or `length`.
     pub name: Name,
-    /// The field of the body.
+    /// The field of the body, if any.
     pub field: Option<Name>,
-    /// What is stated.
+    /// Stated domain.
     pub stated: StatedDomain,
-    /// Where the statement stands.
+    /// Position of the clause.
     pub span: Span,
 }
 
-/// What a clause of `#[domain(…)]` states.
+/// The domain that a clause of `#[domain(…)]` states.
 #[derive(Clone, Copy, Debug)]
 pub enum StatedDomain {
     /// `lo..hi` or `lo..=hi`
     Range(ExprId, ExprId),
     /// `unit`
     Unit,
-    /// One number: the scale of all bodies.
+    /// One number: the length scale of all bodies.
     Scale(ExprId),
 }
 
-/// A constant.
+/// A constant of the file.
 #[derive(Clone, Debug)]
 pub struct Constant {
-    /// Its name.
+    /// Its name in the source.
     pub name: Name,
-    /// Its type.
+    /// Its type as written.
     pub ty: Type,
-    /// Its expressions.
+    /// The arena of its expressions.
     pub expressions: Expressions,
-    /// Its value.
+    /// Its value, an expression.
     pub value: ExprId,
 }
 
-/// A type as it is written, references stripped.
+/// A type as written, without references.
 #[derive(Clone, Debug)]
 pub struct Type {
-    /// What it says.
+    /// Its form.
     pub kind: TypeKind,
-    /// Where it stands.
+    /// Its position.
     pub span: Span,
 }
 
@@ -239,15 +239,15 @@ pub struct Type {
 pub enum TypeKind {
     /// A name, the last segment of its path.
     Named(String),
-    /// A tuple; empty where nothing is returned.
+    /// A tuple; empty if no type is written.
     Tuple(Vec<Type>),
     /// `[T; n]`
     Array(Box<Type>, ExprId),
-    /// Something a message was given for.
+    /// An invalid type, whose error was reported.
     Error,
 }
 
-/// An expression, by its place in the arena of its function.
+/// An expression, by its index in the arena of its function.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct ExprId(u32);
 
@@ -256,25 +256,25 @@ pub struct ExprId(u32);
 pub struct Expressions(Vec<Expr>);
 
 impl Expressions {
-    /// Adds an expression.
+    /// Adds an expression and returns its id.
     pub fn push(&mut self, kind: ExprKind, span: Span) -> ExprId {
         self.0.push(Expr { kind, span });
         ExprId(self.0.len() as u32 - 1)
     }
 
-    /// All of them, operands before users.
+    /// All expressions, operands before users.
     pub fn iter(&self) -> impl Iterator<Item = &Expr> {
         self.0.iter()
     }
 
-    /// How many there are.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    /// Number of expressions.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// Whether there is none.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    /// Whether the arena is empty.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -293,12 +293,12 @@ impl std::ops::Index<ExprId> for Expressions {
     }
 }
 
-/// An expression.
+/// An expression with its position.
 #[derive(Clone, Debug)]
 pub struct Expr {
-    /// What it says.
+    /// Its form.
     pub kind: ExprKind,
-    /// Where it stands.
+    /// Its position.
     pub span: Span,
 }
 
@@ -307,7 +307,7 @@ pub struct Expr {
 pub enum ExprKind {
     /// A literal with a point or an exponent.
     Number(Exact),
-    /// A literal without.
+    /// A literal without a point or an exponent.
     Integer(i64),
     /// `true` or `false`
     Truth(bool),
@@ -339,7 +339,7 @@ pub enum ExprKind {
     Block(Block),
     /// `if c { … } else …`
     If(ExprId, Block, Option<ExprId>),
-    /// Something a message was given for.
+    /// An invalid expression, whose error was reported.
     Error,
 }
 
@@ -348,7 +348,7 @@ pub enum ExprKind {
 pub struct Path {
     /// The segments; at least one.
     pub segments: Vec<String>,
-    /// Where it stands.
+    /// Its position.
     pub span: Span,
 }
 
@@ -358,7 +358,7 @@ impl Path {
         self.segments.last().map_or("", String::as_str)
     }
 
-    /// The name, where there is but one segment.
+    /// The name, if the path has only one segment.
     pub fn single(&self) -> Option<&str> {
         if self.segments.len() == 1 { Some(&self.segments[0]) } else { None }
     }
@@ -405,7 +405,7 @@ pub enum BinaryOp {
 }
 
 impl BinaryOp {
-    /// How it is written.
+    /// The operator in the source.
     pub fn symbol(self) -> &'static str {
         match self {
             BinaryOp::Add => "+",
@@ -425,12 +425,12 @@ impl BinaryOp {
     }
 }
 
-/// Statements and the value after them.
+/// A block: statements, and possibly a value.
 #[derive(Clone, Debug)]
 pub struct Block {
     /// The statements, in order.
     pub statements: Vec<Statement>,
-    /// The expression at the end.
+    /// The value of the block.
     pub value: Option<ExprId>,
     /// From brace to brace.
     pub span: Span,
@@ -441,27 +441,27 @@ pub struct Block {
 pub enum Statement {
     /// `let p: T = x;`, and `const N: T = x;` within a body
     Let {
-        /// What is bound.
+        /// The bound names.
         pattern: Pattern,
-        /// The type, if stated.
+        /// The type, if one is written.
         ty: Option<Type>,
-        /// The value.
+        /// The bound value.
         value: ExprId,
     },
     /// `x = y;`, `x += y;`
     Assign {
-        /// The place.
+        /// The assigned variable, or a part of it.
         target: ExprId,
         /// The operator of a compound assignment.
         op: Option<BinaryOp>,
-        /// The operand.
+        /// The right-hand side.
         value: ExprId,
         /// The whole statement.
         span: Span,
     },
     /// `for i in a..b { … }`
     For(Loop),
-    /// An expression whose value is dropped, or an `if` for its assignments.
+    /// An expression whose value is dropped, or an `if` with assignments.
     Expr(ExprId),
 }
 
@@ -470,24 +470,24 @@ pub enum Statement {
 pub struct Loop {
     /// The variable; `None` for `_`.
     pub variable: Option<Name>,
-    /// First value.
+    /// The first value.
     pub start: ExprId,
-    /// Last value, or one past it.
+    /// The end of the range.
     pub end: ExprId,
     /// Whether the range is `..=`.
     pub inclusive: bool,
-    /// What is repeated.
+    /// The repeated block.
     pub body: Block,
     /// From `for` to the end of the range.
     pub span: Span,
 }
 
-/// What a `let` binds.
+/// The pattern of a `let`.
 #[derive(Clone, Debug)]
 pub enum Pattern {
-    /// A name.
+    /// A variable.
     Name {
-        /// The name.
+        /// Its name.
         name: Name,
         /// Whether it is declared `mut`.
         mutable: bool,

@@ -1,4 +1,4 @@
-//! Attributes: which function is a force, what its parameters may be, and what is left to rustc.
+//! Attributes: kinds of functions, domains of parameters, and allowed lints; other attributes are for rustc.
 
 use crate::source::diagnostic::Lint;
 use crate::source::span::Span;
@@ -9,13 +9,13 @@ use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Meta, Token};
 
-/// The attributes that are ours.
+/// Attributes of the force language.
 const OURS: [&str; 4] = ["constraint", "energy", "force", "domain"];
 
-/// The name of the scale of all bodies in `#[domain(…)]`.
+/// The name of the length scale of all bodies in `#[domain(…)]`.
 const LENGTH: &str = "length";
 
-/// Attributes of rustc and its tools that change nothing here.
+/// Attributes of rustc and its tools that have no effect on kernels.
 const PASSED_OVER: [&str; 10] = [
     "inline",
     "cold",
@@ -29,18 +29,18 @@ const PASSED_OVER: [&str; 10] = [
     "diagnostic",
 ];
 
-/// What the attributes of an item say.
+/// The content of an item's attributes.
 #[derive(Default)]
 pub(super) struct Stated {
     pub(super) docs: Vec<String>,
     pub(super) kind: Option<(FunctionKind, Span)>,
     pub(super) options: Vec<ast::Stated>,
     pub(super) domains: Vec<DomainClause>,
-    /// The warnings that are allowed.
+    /// Allowed lints.
     pub(super) allowed: Vec<Lint>,
-    /// Where a `#[domain]` stands.
+    /// Position of a `#[domain]`.
     pub(super) domain: Option<Span>,
-    /// `#[forces]` on a module.
+    /// Whether a module has `#[forces]`.
     pub(super) forces: bool,
 }
 
@@ -109,7 +109,7 @@ impl Reader<'_> {
         stated
     }
 
-    /// `#[allow(singular, reason = "…")]`; names that are rustc's are passed over.
+    /// Reads `#[allow(singular, reason = "…")]`; lints of rustc are ignored.
     fn level(&mut self, attribute: &Attribute, level: &str, stated: &mut Stated) {
         let Ok(list) = attribute.parse_args_with(Punctuated::<Meta, Token![,]>::parse_terminated) else {
             return;
@@ -228,7 +228,7 @@ impl Reader<'_> {
     }
 }
 
-/// The lines of a doc comment, without the space after `///` and the stars of `/** … */`.
+/// Adds the lines of a doc comment, without the space after `///` and the asterisks of `/** … */`.
 fn document(attribute: &Attribute, docs: &mut Vec<String>) {
     let Meta::NameValue(syn::MetaNameValue {
         value: syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Str(text), .. }),

@@ -1,4 +1,4 @@
-//! Expressions: the part of Rust's that computes values; the rest is named with what to write instead.
+//! Expressions: the part of Rust that computes values; for others, the error says what to write instead.
 
 use crate::math::exact::Exact;
 use crate::source::span::Span;
@@ -6,7 +6,7 @@ use crate::syntax::ast::{BinaryOp, Block, ExprId, ExprKind, Name, Path, UnaryOp}
 use crate::syntax::reader::Reader;
 use syn::{BinOp, Expr, Lit, UnOp};
 
-/// The types an integer literal may name.
+/// The suffixes that an integer literal may have.
 const INTEGER_SUFFIXES: [&str; 12] =
     ["i8", "i16", "i32", "i64", "i128", "isize", "u8", "u16", "u32", "u64", "u128", "usize"];
 
@@ -37,7 +37,7 @@ impl Reader<'_> {
                 self.push(ExprKind::Path(path), span)
             }
             Expr::Paren(paren) => {
-                // The brackets count as part of the place, so that a label covers what the reader sees.
+                // The span includes the brackets, so that a label covers them.
                 let span = self.between(paren.paren_token.span);
                 let inner = self.expr(&paren.expr);
                 self.expressions[inner].span = span;
@@ -242,7 +242,7 @@ impl Reader<'_> {
         if let (BinOp::Mul(times), Expr::Unary(right)) = (&binary.op, &*binary.right)
             && let UnOp::Deref(star) = right.op
         {
-            // To Rust `x ** y` is `x * (*y)`; who writes it means a power.
+            // Rust reads `x ** y` as `x * (*y)`; the author means a power.
             let (first, second) = (self.at(times.spans[0]), self.at(star.spans[0]));
             if first.end == second.start {
                 return self.error_at(
@@ -353,7 +353,7 @@ impl Reader<'_> {
         self.error_at(span, &format!("{what} are not part of the force language"), label, help)
     }
 
-    /// What Rust has and the force language has not.
+    /// Reports an expression outside the force language.
     fn foreign(&mut self, expr: &Expr) -> ExprId {
         let (token, what, label, help) = match expr {
             Expr::Closure(e) => (

@@ -1,4 +1,4 @@
-//! Items: functions and constants; everything else is named with what to write instead.
+//! Items: functions and constants; for any other item, the error says what to write instead.
 
 use crate::source::span::Span;
 use crate::syntax::ast::{self, Argument, Constant, Function, FunctionKind};
@@ -56,7 +56,7 @@ impl Reader<'_> {
         );
     }
 
-    /// What a file imports is for rustc; but what is π here must be π there.
+    /// Ignores imports, but an imported `PI` must be π.
     fn imports(&mut self, tree: &syn::UseTree, place: &str) {
         let (from, name) = match tree {
             syn::UseTree::Path(path) => return self.imports(&path.tree, &path.ident.to_string()),
@@ -105,7 +105,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A constant, at the top or within a body.
+    /// Reads a constant at the top level or in a body.
     pub(super) fn constant(&mut self, item: &syn::ItemConst) -> Option<Constant> {
         let name = self.name(&item.ident);
         if let Some(open) = &item.generics.lt_token {

@@ -1,42 +1,42 @@
-//! Limits on nesting, checked on the tokens with a stack of our own before anything recursive sees them.
+//! Limits on nesting, checked on the tokens with an explicit stack before any recursive pass.
 //!
-//! In: tokens. Out: nothing, or the message about the place that is nested too deeply or runs on for too long.
-//! Promise: what passes is parsed, walked and dropped within the stack of [`crate::syntax::with_deep_stack`].
+//! In: tokens. Out: nothing, or an error at the position that is too deep or too long. Promise: tokens that
+//! pass can be parsed, traversed and dropped within the stack of [`crate::syntax::with_deep_stack`].
 
 use crate::source::diagnostic::Diagnostic;
 use crate::syntax::bytes_of;
 use proc_macro2::{Delimiter, TokenStream, TokenTree, token_stream};
 
-/// Brackets within brackets.
+/// Maximum nesting depth of brackets.
 const DEEPEST: usize = 256;
 
-/// What depends on the stack there is.
+/// Limits that depend on the available stack.
 pub(super) struct Limits {
-    /// Tokens from the start of a statement to any token in it, brackets that stand beside the way not counted.
+    /// Maximum number of tokens up to any token of a statement, without the contents of closed brackets.
     longest: usize,
-    /// Operators in a row. Prefixes of types take the most stack a token.
+    /// Maximum number of consecutive operators; prefixes of types take the most stack.
     operators: usize,
 }
 
-/// On a stack of our own.
+/// The limits for the deep stack.
 pub(super) const OWN: Limits = Limits { longest: 40_000, operators: 2_000 };
 
-/// On the stack of rustc, where macros read their tokens: 8 MiB, and a compiler that is not optimised.
+/// The limits for the stack of rustc, on which macros read their tokens: 8 MiB, in an unoptimised compiler.
 #[cfg(feature = "expand")]
 pub(super) const MACRO: Limits = Limits { longest: 6_000, operators: 200 };
 
-/// Letters of a name.
+/// Maximum number of letters of a name.
 const LONGEST_NAME: usize = 255;
 
 struct Level {
     tokens: token_stream::IntoIter,
-    /// Tokens on the way to the bracket.
+    /// Tokens up to the enclosing bracket.
     start: usize,
-    /// Tokens on the way to here.
+    /// Tokens up to the current token.
     here: usize,
-    /// Operators in a row up to here.
+    /// Consecutive operators up to the current token.
     operators: usize,
-    /// The last token was a block in braces.
+    /// Whether the last token was a block in braces.
     after_block: bool,
 }
 

@@ -1,8 +1,8 @@
 //! Stage 1, source text → syntax tree.
 //!
-//! In: the text of a force file, any text at all. Out: an [`ast::File`], or every message about what is not part of
-//! the language. Promise: no input panics, hangs or overflows the stack; syn parses, and what it accepts beyond the
-//! language is named with what to write instead.
+//! In: the text of a force file, any text at all. Out: an [`ast::File`], or all syntax errors. Promise: no
+//! input panics, hangs or overflows the stack. syn parses the text; for Rust syntax outside the force
+//! language, the error says what to write instead.
 
 pub mod ast;
 mod attributes;
@@ -25,8 +25,8 @@ use std::cell::Cell;
 use std::str::FromStr;
 use std::sync::Mutex;
 
-/// The stack that parsing and checking run on. The limits on nesting and on the length of an expression are chosen
-/// so that an unoptimised build stays within it.
+/// The stack size for parsing and checking. The limits on nesting and on the length of an expression are
+/// chosen so that an unoptimised build stays within it.
 const STACK: usize = 1 << 30;
 
 /// The longest text accepted, in bytes.
@@ -36,8 +36,8 @@ thread_local! {
     static DEEP: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `work` where the recursion that the limits allow cannot overflow the stack: on a thread of its own, or in
-/// place where the caller runs on such a thread already.
+/// Runs `work` on a thread whose stack suffices for the recursion that the limits allow. If the caller
+/// already runs on such a thread, it runs `work` there.
 pub fn with_deep_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     if DEEP.get() {
         return work();
@@ -49,7 +49,7 @@ pub fn with_deep_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
         work.map(|work| work())
     };
     std::thread::scope(|scope| {
-        // Where address space is short a smaller stack still serves ordinary files.
+        // If address space is scarce, a smaller stack still suffices for ordinary files.
         let started = [STACK, STACK / 4, STACK / 16].into_iter().find_map(|size| {
             let thread = std::thread::Builder::new().name("forcec".to_owned()).stack_size(size);
             thread.spawn_scoped(scope, deep).ok()
@@ -62,7 +62,7 @@ pub fn with_deep_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     })
 }
 
-/// The syntax tree of a force file, or everything that is wrong with its syntax.
+/// Parses a force file; returns all syntax errors if there are any.
 pub fn parse(source: &Source) -> Result<ast::File, Diagnostics> {
     with_deep_stack(|| {
         let list = match tokens(&source.text) {
@@ -76,8 +76,8 @@ pub fn parse(source: &Source) -> Result<ast::File, Diagnostics> {
     })
 }
 
-/// The syntax tree of items that are parsed already: the door of the macros, whose spans are the compiler's own and
-/// are turned into ours by `locate`, and by it alone.
+/// The syntax tree of items that are already parsed: the entry point of the macros. Their spans belong to
+/// rustc; only `locate` converts them.
 pub fn from_items(
     source: Source,
     attributes: &[syn::Attribute],
@@ -94,7 +94,7 @@ pub fn from_items(
     }
 }
 
-/// The options of the attribute above an item, or what is wrong with them.
+/// The options in the attribute above an item, or the errors in them.
 #[cfg(feature = "expand")]
 pub(crate) fn options(
     item: &syn::Item,
@@ -112,16 +112,16 @@ pub(crate) fn options(
     Ok(stated.into_iter().map(|stated| stated.choice).collect())
 }
 
-/// Whether tokens that come from elsewhere are fit to be parsed.
+/// Checks the tokens of a macro against the limits on nesting and length.
 #[cfg(feature = "expand")]
 pub(crate) fn check_limits(tokens: TokenStream) -> Result<(), Diagnostic> {
     limits::check(tokens, &limits::MACRO)
 }
 
-/// More errors than these help nobody.
+/// Maximum number of errors in a report.
 const MOST_ERRORS: usize = 100;
 
-/// The errors of a stage, as many as can be read.
+/// Sorts the errors of a stage and keeps at most `MOST_ERRORS`.
 pub(crate) fn report(source: Source, list: Vec<Diagnostic>) -> Diagnostics {
     let mut report = Diagnostics::new(source, list);
     let more = report.list.len().saturating_sub(MOST_ERRORS);
@@ -132,14 +132,14 @@ pub(crate) fn report(source: Source, list: Vec<Diagnostic>) -> Diagnostics {
     report
 }
 
-/// Where a token of a text that we tokenised stands.
+/// Position of a token of a text that [`tokenise`] read.
 fn bytes_of(span: proc_macro2::Span) -> Span {
     let range = span.byte_range();
     Span { start: range.start as u32, end: range.end as u32 }
 }
 
-/// Whether a text has a force attribute, so that other Rust files can be passed over. Comments and strings do not
-/// count; a text that is not even made of tokens does when the letters of an attribute occur in it.
+/// Whether a text has a force attribute; other Rust files are skipped. Comments and strings do not count. A
+/// text that cannot be tokenised counts if it contains the text of a force attribute.
 pub fn mentions_forces(text: &str) -> bool {
     const NAMES: [&str; 4] = ["constraint", "energy", "force", "forces"];
     if !text.contains('#') || !NAMES.iter().any(|name| text.contains(name)) {
@@ -170,7 +170,7 @@ pub fn mentions_forces(text: &str) -> bool {
     false
 }
 
-/// The last segment of the path an attribute begins with.
+/// The last segment of the path at the start of an attribute.
 fn attribute_name(tokens: TokenStream) -> Option<String> {
     let mut name = None;
     for token in tokens {
@@ -183,7 +183,7 @@ fn attribute_name(tokens: TokenStream) -> Option<String> {
     name
 }
 
-/// The tokens of a text, a byte order mark and a `#!` line passed over without moving what follows.
+/// Tokenises a text; a byte order mark and a `#!` line become spaces, so that positions stay the same.
 fn tokenise(text: &str) -> Result<TokenStream, LexError> {
     let mut text = std::borrow::Cow::Borrowed(text);
     if text.starts_with('\u{feff}') {
@@ -197,7 +197,7 @@ fn tokenise(text: &str) -> Result<TokenStream, LexError> {
     TokenStream::from_str(&text)
 }
 
-/// The tokens of a text that is fit to be parsed.
+/// Tokenises a text and checks the limits.
 fn tokens(text: &str) -> Result<TokenStream, Diagnostic> {
     if text.len() > LONGEST_TEXT {
         return Err(Diagnostic::file(format!("a force file is at most {} MiB long", LONGEST_TEXT >> 20)));
@@ -218,7 +218,7 @@ fn lexical_error(text: &str, error: &LexError) -> Diagnostic {
             diagnostic(format!("`{bracket}` is never closed"), "the bracket that is opened here")
         }
         Some(bracket @ (')' | ']' | '}')) => {
-            // The text up to here ends with a bracket open: the one that this does not fit.
+            // Tokenising the text before this bracket fails at the open bracket that does not match.
             let open = tokenise(&text[..start]).err().map(|error| error.span().byte_range().start);
             let open = open.filter(|open| *open < start && text[*open..].starts_with(['(', '[', '{']));
             let line = |offset: usize| Source::new("", text).line_column(offset as u32).0;
@@ -257,7 +257,7 @@ fn lexical_error(text: &str, error: &LexError) -> Diagnostic {
     }
 }
 
-/// What to write instead of what other languages have, as far as a message of syn and the text around its place tell.
+/// What to write instead of syntax from other languages, guessed from syn's message and the text around it.
 fn instead(message: &str, text: &str, span: Span) -> Option<&'static str> {
     let before = text.get(..span.start as usize)?.trim_end();
     let here = text.get(span.start as usize..)?;
@@ -278,7 +278,7 @@ fn instead(message: &str, text: &str, span: Span) -> Option<&'static str> {
     }
 }
 
-/// The messages of syn, as ours.
+/// Converts the messages of syn.
 fn syn_errors(
     error: &syn::Error,
     locate: &mut dyn FnMut(proc_macro2::Span) -> Span,
@@ -289,7 +289,7 @@ fn syn_errors(
         .map(|error| {
             let mut span = locate(error.span());
             if span == Span::default() {
-                // syn knows no place for the end of the input.
+                // syn has no position for the end of the input.
                 span = Span { start: text.len() as u32, end: text.len() as u32 };
             }
             let mut diagnostic = Diagnostic::error(span, error.to_string(), "this is not Rust");

@@ -1,4 +1,4 @@
-//! The text form of the syntax tree: an expression a line, indented under the one that uses it.
+//! The text form of the syntax tree: one line per expression, indented below the expression that uses it.
 
 use crate::syntax::ast::{
     Block, ExprId, ExprKind, Expressions, File, Function, FunctionKind, Pattern, StatedDomain, Statement,
@@ -80,7 +80,7 @@ impl Printer<'_> {
         }
     }
 
-    /// What an expression is, without its operands.
+    /// The text of an expression without its operands.
     fn line(&self, id: ExprId) -> String {
         match &self.expressions[id].kind {
             ExprKind::Number(value) => format!("number {value}"),
@@ -105,9 +105,9 @@ impl Printer<'_> {
         }
     }
 
-    /// An expression and, below it, its operands.
+    /// Prints an expression and, below it, its operands.
     fn tree(&self, f: &mut fmt::Formatter<'_>, indent: &str, id: ExprId) -> fmt::Result {
-        // Indentation stops growing at some depth: a chain of thousands of operators prints in linear space.
+        // Indentation is limited, so that a chain of thousands of operators prints in linear space.
         let deeper = if indent.len() < 120 { format!("{indent}  ") } else { indent.to_owned() };
         writeln!(f, "{deeper}{}", self.line(id))?;
         let all = |f: &mut fmt::Formatter<'_>, ids: &[ExprId]| {

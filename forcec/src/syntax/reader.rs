@@ -1,10 +1,10 @@
-//! What the readers of items, types, statements and expressions share: places, names, messages.
+//! State and helpers for the readers of items, types, statements and expressions: positions, names, errors.
 
 use crate::source::diagnostic::{Diagnostic, Lint};
 use crate::source::span::Span;
 use crate::syntax::ast::{Constant, Function, Name, Path};
 
-/// Turns syn's tree into ours and collects what is wrong on the way.
+/// Converts syn's tree to the syntax tree and collects errors.
 pub(super) struct Reader<'a> {
     locate: Box<dyn FnMut(proc_macro2::Span) -> Span + 'a>,
     pub(super) diagnostics: Vec<Diagnostic>,
@@ -12,13 +12,13 @@ pub(super) struct Reader<'a> {
     pub(super) docs: Vec<String>,
     pub(super) functions: Vec<Function>,
     pub(super) constants: Vec<Constant>,
-    /// The names of modules of forces.
+    /// Names of the `#[forces]` modules.
     pub(super) modules: Vec<String>,
-    /// What the module around states of its functions.
+    /// The options that the attribute of the enclosing module states.
     pub(super) module_options: Vec<crate::syntax::ast::Stated>,
-    /// The warnings that attributes of the file and of the module around answer.
+    /// The lints that attributes of the file and of the enclosing module allow.
     pub(super) allowed: Vec<Lint>,
-    /// What attributes allow without a reason, and where.
+    /// Lints that an attribute allows without a reason, with positions.
     pub(super) unexplained: Vec<(Lint, Span)>,
     /// The arena of the function being read.
     pub(super) expressions: crate::syntax::ast::Expressions,
@@ -40,12 +40,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The one place where spans of tokens become ours.
+    /// Converts the span of a token; all spans are converted here.
     pub(super) fn at(&mut self, span: proc_macro2::Span) -> Span {
         (self.locate)(span)
     }
 
-    /// From the first bracket to the last.
+    /// The span from the opening to the closing bracket.
     pub(super) fn between(&mut self, delimiters: proc_macro2::extra::DelimSpan) -> Span {
         let open = self.at(delimiters.open());
         open.to(self.at(delimiters.close()))
@@ -65,7 +65,7 @@ impl<'a> Reader<'a> {
         self.diagnostics.push(Diagnostic::error(span, message, label).help(help));
     }
 
-    /// An identifier that C can have too.
+    /// An identifier, which must also be valid in C.
     pub(super) fn name(&mut self, ident: &syn::Ident) -> Name {
         let span = self.at(ident.span());
         let text = ident.to_string();

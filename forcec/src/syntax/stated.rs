@@ -1,7 +1,7 @@
-//! The options of an attribute: `fma`, `lanes = 4`, `fixed(b)`, `set(damping = 0.0, arm_b = [0.0, 0.0, 0.5])`.
+//! Options of an attribute: `fma`, `lanes = 4`, `fixed(b)`, `set(damping = 0.0, arm_b = [0.0, 0.0, 0.5])`.
 //!
-//! In: an attribute, and the words that are its alone. Out: those of them that stand there, and options of the table with the
-//! places of their values; or what is wrong with one, at its place.
+//! In: an attribute, and the names of its own flags. Out: the flags that are present, and the options of the
+//! table with the positions of their values; or the error in an option, at its position.
 
 use crate::options::{OPTIONS, OptionRow, Takes, suggestion};
 use crate::source::span::Span;
@@ -13,7 +13,7 @@ use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;
 use syn::{Attribute, Expr, Lit, Meta, Token};
 
-/// Names with which no kernel of an attribute is made.
+/// Options that attributes do not accept.
 const ELSEWHERE: [&str; 1] = ["target"];
 
 /// One value within the brackets of an option: `value`, `"value"`, or `damping = 0.0`.
@@ -34,7 +34,7 @@ impl Parse for Word {
 }
 
 impl Reader<'_> {
-    /// Reads the options of an attribute. Returns those of its own flags that are there.
+    /// Reads the options of an attribute; returns those of `flags` that are present.
     pub(super) fn options<'f>(
         &mut self,
         attribute: &Attribute,
@@ -84,7 +84,7 @@ impl Reader<'_> {
         found
     }
 
-    /// An option of the table, or a message.
+    /// Reads an option of the table, or reports an error.
     fn option(&mut self, row: &'static OptionRow, option: &Meta, place: Span) -> Option<ast::Stated> {
         let words: Vec<Word> = match option {
             Meta::Path(_) => Vec::new(),
@@ -137,7 +137,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Where a value stands, from its first token to its last.
+    /// The span of a value, from its first to its last token.
     fn place(&mut self, value: &Expr) -> Span {
         match value {
             Expr::Array(array) => self.between(array.bracket_token.span),
@@ -179,7 +179,7 @@ impl Reader<'_> {
     }
 }
 
-/// A value as the table reads it.
+/// A value as text for the table.
 fn text(word: &Word, takes: Takes) -> Option<String> {
     match (&word.name, &word.value) {
         (Some(name), value) if takes == Takes::Numbers => {
@@ -199,7 +199,7 @@ fn text(word: &Word, takes: Takes) -> Option<String> {
     }
 }
 
-/// Writes a number, or an array of arrays of them.
+/// Writes a number, or a nested array of numbers.
 fn numbers(value: &Expr, sign: &str, text: &mut String) -> Option<()> {
     match value {
         Expr::Lit(literal) => {

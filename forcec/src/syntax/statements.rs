@@ -6,7 +6,7 @@ use crate::syntax::reader::Reader;
 use syn::{BinOp, Expr, Pat, Stmt};
 
 impl Reader<'_> {
-    /// The body of a function: a `return` at its end says nothing new.
+    /// The body of a function; a redundant `return` at its end is an error.
     pub(super) fn body(&mut self, block: &syn::Block) -> Block {
         let Some((Stmt::Expr(Expr::Return(last), _), before)) = block.stmts.split_last() else {
             return self.block(block);
@@ -50,7 +50,7 @@ impl Reader<'_> {
         Block { statements, value, span }
     }
 
-    /// A constant within a body reads as a `let`.
+    /// Reads a constant within a body as a `let`.
     fn inner_item(&mut self, item: &syn::Item) -> Option<Statement> {
         match item {
             syn::Item::Use(_) => None,
@@ -169,7 +169,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What is a statement and never a value: assignments and loops.
+    /// Reads an expression without a value: an assignment or a loop.
     fn statement(&mut self, expr: &Expr) -> Option<Statement> {
         match expr {
             Expr::Assign(assign) => {

@@ -1,10 +1,10 @@
-//! Types as they are written: `&T` is `T`, everything else is a name, a tuple or an array.
+//! Types as written: `&T` is `T`; every other type is a name, a tuple or an array.
 
 use crate::source::span::Span;
 use crate::syntax::ast::{ExprKind, Type, TypeKind};
 use crate::syntax::reader::Reader;
 
-/// What nalgebra and Rust call our types.
+/// Types of nalgebra and Rust, and our names for them.
 pub(crate) const OTHER_NAMES: [(&str, &str); 17] = [
     ("f64", "Real"),
     ("f32", "Real"),
@@ -135,12 +135,12 @@ impl Reader<'_> {
         Type { kind, span: path.span }
     }
 
-    /// The type of nothing, for a function that states no result.
+    /// The empty tuple, the type of a function without a return type.
     pub(super) fn no_type(span: Span) -> Type {
         Type { kind: TypeKind::Tuple(Vec::new()), span }
     }
 
-    /// An expression that a message was given for.
+    /// An invalid expression, whose error was reported.
     pub(super) fn poison(&mut self, span: Span) -> crate::syntax::ast::ExprId {
         self.expressions.push(ExprKind::Error, span)
     }

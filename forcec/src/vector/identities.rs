@@ -10,13 +10,13 @@ use crate::vector::{Graph, Node, Real};
 /// One identity.
 pub struct Identity {
     /// What reports call it.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub name: &'static str,
     /// The left side, in the force language, over the reals `x` and `y`.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub left: &'static str,
     /// The right side.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub right: &'static str,
     apply: fn(&mut Graph, Function, &[Real]) -> Option<Real>,
 }

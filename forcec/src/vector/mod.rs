@@ -250,7 +250,7 @@ impl Graph {
     }
 
     /// Whether there is none.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }

@@ -1,8 +1,8 @@
-//! Numbers of 320 bits, in which the mathematics of a source is evaluated.
+//! 320-bit floating-point numbers, in which `forcec check` evaluates the source.
 //!
-//! In: doubles and exact numbers. Out: every operation and every row of the function table, good to about 310 bits, NaN and
-//! infinities as IEEE arithmetic has them. The two special families have formulas of their own here, apart from those
-//! that kernels use.
+//! In: doubles and exact numbers. Out: all operations and all functions of the table, accurate to about 310
+//! bits, with NaN and infinities as in IEEE arithmetic. The families `cos_sqrt` and `angle_ratio` have their
+//! own formulas here, independent of those in kernels.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
@@ -13,7 +13,7 @@ use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::rc::Rc;
 
-/// Bits of a mantissa.
+/// The number of bits in a mantissa.
 pub(crate) const BITS: usize = 320;
 const ROUND: RoundingMode = RoundingMode::ToEven;
 
@@ -26,7 +26,7 @@ fn constants<T>(f: impl FnOnce(&mut Consts) -> T) -> T {
     CONSTANTS.with(|constants| f(&mut constants.borrow_mut()))
 }
 
-/// A number of 320 bits, cheap to copy.
+/// A 320-bit number; cloning is cheap.
 #[derive(Clone, Debug)]
 pub(crate) struct Big(Rc<BigFloat>);
 
@@ -54,7 +54,7 @@ impl Big {
         Big::from(BigFloat::from_i32(n, BITS))
     }
 
-    /// The nearest double, to a unit in its last place.
+    /// The nearest double, up to a unit in the last place.
     pub(crate) fn to_f64(&self) -> f64 {
         if self.0.is_nan() {
             return f64::NAN;
@@ -76,7 +76,7 @@ impl Big {
         self
     }
 
-    /// e with |x| < 2ᵉ; `None` for zero, infinities and NaN.
+    /// e such that |x| < 2ᵉ; `None` for zero, infinities and NaN.
     pub(crate) fn exponent(&self) -> Option<i32> {
         if self.0.is_zero() { None } else { self.0.exponent() }
     }
@@ -89,7 +89,7 @@ impl Big {
         !self.0.is_nan() && !self.0.is_inf()
     }
 
-    /// Less than zero, zero, or neither.
+    /// The sign, as the order of x and zero.
     pub(crate) fn sign(&self) -> Ordering {
         match (self.is_zero(), self.is_negative()) {
             (true, _) => Ordering::Equal,
@@ -106,7 +106,8 @@ impl Big {
         if self.is_negative() { -self.clone() } else { self.clone() }
     }
 
-    /// √x from the reciprocal root of a double, whose digits each step of Newton's y ← y (3 − m y²)/2 doubles.
+    /// √x from the reciprocal root of a double; each Newton step y ← y (3 − m y²)/2 doubles the correct
+    /// digits.
     pub(crate) fn sqrt(&self) -> Big {
         let Some(exponent) = self.exponent().filter(|_| !self.is_negative()) else {
             return Big::from(self.0.sqrt(BITS, ROUND));
@@ -131,8 +132,8 @@ impl Big {
         Big::from(constants(|c| c.pi(BITS, ROUND)))
     }
 
-    /// selfʸ. A small whole power is a product: it may be exact in more than 320 bits, and the general routine, which
-    /// seeks digits that decide how to round, would seek for minutes.
+    /// selfʸ. A small integer power is a product: it may be exact in more than 320 bits, and then the general
+    /// routine computes further digits for minutes to decide the rounding.
     fn power(&self, y: &Big) -> Big {
         let n = y.to_f64();
         if n.abs() > 256.0 || n.fract() != 0.0 || !(y.clone() - Big::from_f64(n)).is_zero() {
@@ -162,7 +163,7 @@ impl Big {
         if x.is_negative() { angle + half_turn() } else { angle }
     }
 
-    /// Σ terms until they no longer count; `next` makes a term from the one before it and its number.
+    /// Σ terms until they are negligible; `next` computes a term from its predecessor and its index.
     fn series(first: Big, next: impl Fn(&Big, i32) -> Big, weight: impl Fn(&Big, i32) -> Big) -> Big {
         let mut term = first;
         let mut sum = weight(&term, 0);
@@ -182,8 +183,8 @@ impl Big {
         sum
     }
 
-    /// eˣ; zero where that is far below every double. Near zero the general routine would seek digits that decide how to
-    /// round, as of powers.
+    /// eˣ; zero far below every double. Near zero, the general routine would compute further digits to decide
+    /// the rounding, as in `power`.
     fn exp(&self) -> Big {
         match self.exponent() {
             Some(e) if e <= -8 => Big::integer(1) + self.exp_m1(),
@@ -192,7 +193,7 @@ impl Big {
         }
     }
 
-    /// eˣ − 1, of which the difference leaves nothing near zero: there Σ xᵏ/k!.
+    /// eˣ − 1, near zero by Σ xᵏ/k!, because the difference would cancel.
     fn exp_m1(&self) -> Big {
         if self.exponent().is_none_or(|e| e > -8) {
             return self.exp() - Big::integer(1);
@@ -201,7 +202,7 @@ impl Big {
         Big::series(self.clone(), next, |term, _| term.clone())
     }
 
-    /// ln(1 + x), near zero 2 atanh z = 2 Σ z²ᵏ⁺¹/(2k + 1) with z = x/(2 + x).
+    /// ln(1 + x), near zero by 2 atanh z = 2 Σ z²ᵏ⁺¹/(2k + 1) with z = x/(2 + x).
     fn ln_1p(&self) -> Big {
         if self.exponent().is_none_or(|e| e > -8) {
             return Big::from(constants(|c| (Big::integer(1) + self.clone()).0.ln(BITS, ROUND, c)));
@@ -212,7 +213,7 @@ impl Big {
         Big::series(z.scaled(1), next, |term, k| term.clone() / Big::integer(2 * k + 1))
     }
 
-    /// Derivatives of asinh and acosh from the first, 1/√q with q = x² + c: −x/√q³ and (2x² − c)/√q⁵.
+    /// Derivatives of asinh and acosh from the first one, 1/√q with q = x² + c: −x/√q³ and (2x² − c)/√q⁵.
     fn inverse_hyperbolic(n: u8, x: &Big, q: Big, c: Big) -> Big {
         let root = q.sqrt();
         match n {
@@ -222,7 +223,7 @@ impl Big {
         }
     }
 
-    /// dⁿ/dxⁿ sin(x)/x for n ≤ 3: −2 C′(x²), C = cos √s, differentiated; far from zero from x f = sin x.
+    /// dⁿ/dxⁿ sin(x)/x for n ≤ 3: derivatives of −2 C′(x²), C = cos √s; far from zero from x f = sin x.
     fn sinc(n: u8, x: &Big) -> Big {
         if x.exponent().is_none_or(|e| e < 6) {
             let s = x.clone() * x.clone();
@@ -247,7 +248,7 @@ impl Big {
         (-(self.clone() * self.clone())).exp().scaled(1) / Big::pi().sqrt()
     }
 
-    /// 2/√π e^(−x²) Σ 2ᵏ x²ᵏ⁺¹/(2k + 1)!!, all of one sign; beyond 8, 1 − erfc x.
+    /// 2/√π e^(−x²) Σ 2ᵏ x²ᵏ⁺¹/(2k + 1)!!, all terms of one sign; beyond 8, 1 − erfc x.
     fn erf(&self) -> Big {
         if self.exponent().is_some_and(|e| e > 3) {
             let value = Big::integer(1) - self.abs().erfc();
@@ -258,8 +259,8 @@ impl Big {
         self.erf_slope() * Big::series(self.clone(), next, |term, _| term.clone())
     }
 
-    /// Beyond 8 by its continued fraction, e^(−x²)/√π / (x + ½/(x + 1/(x + (3/2)/(x + …)))); below 1 − erf x, which at 8
-    /// leaves 220 bits.
+    /// Beyond 8 the continued fraction e^(−x²)/√π / (x + ½/(x + 1/(x + (3/2)/(x + …)))); below, 1 − erf x,
+    /// which is accurate to 220 bits at 8.
     fn erfc(&self) -> Big {
         if self.is_negative() || self.exponent().is_none_or(|e| e <= 3) {
             return Big::integer(1) - self.erf();
@@ -294,8 +295,8 @@ impl Big {
         low
     }
 
-    /// ∂ⁿ/∂mⁿ atan2(√m, w)/√m. For small x = m/w² and w > 0 the series w^(−2n−1) Σ (−1)^(j+n) (j+n)!/(j! (2j+2n+1)) xʲ;
-    /// else n times A′ = (½ w/(m + w²) − ½ A)/m with its own derivatives, which loses at most 10 n bits.
+    /// ∂ⁿ/∂mⁿ atan2(√m, w)/√m. For small x = m/w² and w > 0 the series w^(−2n−1) Σ (−1)^(j+n) (j+n)!/(j!
+    /// (2j+2n+1)) xʲ; else derivatives of A′ = (½ w/(m + w²) − ½ A)/m, which lose at most 10 n bits.
     fn angle_ratio(n: u8, m: &Big, w: &Big) -> Big {
         let n = i32::from(n);
         let square = w.clone() * w.clone();
@@ -484,7 +485,7 @@ mod tests {
         let points = [0.02, 0.3, 0.77, 0.99];
         for function in Function::ALL {
             for (x, y) in points.iter().flat_map(|x| points.map(|y| (*x, y))) {
-                // Where a function is defined from a bound on, beyond that.
+                // Arguments beyond the lower bound of the domain.
                 let from = match function.row().domain {
                     FunctionDomain::AtLeast(bound) | FunctionDomain::Above(bound) => bound.max(0.0),
                     _ => 0.0,

@@ -1,7 +1,7 @@
-//! Kernels of other results than F and its two derivatives, against the mathematics of their source.
+//! Checks kernels with outputs other than force, dfdx and dfdv against the mathematics of their source.
 //!
-//! In: a function and a program that computes any choice of results. Out: a [`Report`] of their entries at the states of a
-//! check, against the exact oracle. Differences and invariants are left to the check of the whole kernel.
+//! In: a function and a program with any outputs. Out: a [`Report`] that compares their entries with the
+//! exact oracle at the states of a check, without central differences and invariants.
 
 use crate::sample::inputs::Places;
 use crate::sample::states::{Family, Random, State, draw, seed};
@@ -15,7 +15,7 @@ use crate::verify::tape::Tape;
 use crate::verify::{CheckOptions, FOUND_STATES, Here, Subject, input_errors};
 use std::collections::BTreeMap;
 
-/// Checks every result that the program computes, and the kernel as it is printed in each of these precisions.
+/// Checks every output of the program, and the printed kernel in each of these precisions.
 pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptions) -> Report {
     let program = subject.program;
     let places = Places::new(&program.signature);
@@ -74,7 +74,7 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
                 let (entries, rest) = computed.split_at(exact.len());
                 computed = rest;
                 let largest = exact.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
-                // As in the check of the whole kernel: truncation of the oracle's quotients.
+                // As in the check of the default outputs: the truncation error of the oracle's quotients.
                 let slack = truth.noise + largest * 2f64.powi(-60);
                 let mut furthest = 0.0f64;
                 for (((output, _), exact), entry) in array.outputs().zip(exact).zip(entries) {
@@ -114,7 +114,7 @@ pub fn check_chosen(subject: &Subject, printed: &[Printed], options: &CheckOptio
     }
 }
 
-/// States on the arms that drawn states missed, and beside edges.
+/// States on arms that no drawn state reached, and next to edges.
 fn missed(
     search: &mut Search,
     active: &BTreeMap<(Decider, bool), usize>,

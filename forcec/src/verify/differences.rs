@@ -1,33 +1,33 @@
-//! Central differences in doubles, which know what they cannot tell.
+//! Central differences in doubles, with estimates of their own error.
 //!
-//! In: a kernel's own force and its derivatives at a state. Out: for every entry agreement, contradiction, or neither
-//! where noise and truncation hide it. Steps run from a tenth of the state's length down; the noise is the error bound
-//! of the force over the step, the truncation what halving the step changes. An answer counts only if no finer step
-//! contradicts it, and only over steps that no periodic function of the kernel turns through, so that a structure
-//! smaller than the step raises no false alarm.
+//! In: a kernel's force and its derivatives at a state. Out: for every entry agreement, contradiction, or
+//! neither if noise and truncation are too large. Steps decrease from a tenth of the state's length; the
+//! noise is the error bound of the force over the step, the truncation error the change when the step is
+//! halved. A quotient counts only if no finer step contradicts it and no periodic function passes a large
+//! part of its period; so a structure smaller than the step raises no false alarm.
 
 use crate::model::bodies::Role;
 use crate::sample::inputs::{Coordinate, Places};
 use crate::sample::states::State;
 use crate::verify::tape::{Bounded, Run, Tape};
 
-/// What differences say about an entry.
+/// The result of comparing an entry with differences.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Answer {
     Agrees,
-    /// The difference, and how far it may be off.
+    /// The difference quotient and its tolerance.
     Contradicts(f64, f64),
     Unresolved,
 }
 
-/// Beyond this multiple of its own uncertainty a difference contradicts.
+/// A contradiction requires an error of this many times the uncertainty.
 const SAFETY: f64 = 10.0;
-/// An entry is resolved if the uncertainty is below this part of it …
+/// An entry is resolved if the uncertainty is below this fraction of the entry …
 const RESOLVED: f64 = 1e-2;
-/// … or below this part of the largest entry of its array.
+/// … or below this fraction of the largest entry of its array.
 const NEGLIGIBLE: f64 = 1e-6;
 const STEPS: i32 = 9;
-/// A step turns no angle by more than this.
+/// The largest change of a phase, in radians, that a step may cause.
 const WIDEST_PHASE: f64 = 0.5;
 
 /// One quotient and its noise.
@@ -37,7 +37,7 @@ struct Quotient {
     noise: f64,
 }
 
-/// The answers for one array, row by row; `derivative` is the kernel's.
+/// Compares one array, `derivative`, with differences of `force`; returns answers row by row.
 pub(crate) fn compare(
     force: &Tape,
     places: &Places,
@@ -110,8 +110,8 @@ fn answer(levels: &[(Quotient, Quotient)], kernel: Bounded, largest: f64) -> Ans
     }
 }
 
-/// (F(x + h) − F(x − h))/2h, or nothing where a branch lies between, or where a sine, cosine or tangent goes through a
-/// good part of its period: quotients over whole periods may agree with each other and mean nothing.
+/// (F(x + h) − F(x − h))/2h; `None` across a branch, or if a sine, cosine or tangent passes a large part of
+/// its period: quotients over whole periods can agree with each other although they are wrong.
 fn quotients(
     force: &Tape,
     inputs: &[f64],
@@ -132,13 +132,13 @@ fn quotients(
     }
     let quotient = |((high, low), noise): ((f64, f64), &f64)| Quotient {
         value: (high - low) / width,
-        // The bound is that of the middle; a step may double it, and where the middle is zero it brings its own.
+        // The bound at the center; a step may double it, or raise it from zero.
         noise: 4.0 * (noise + f64::EPSILON * (high.abs() + low.abs())) / width,
     };
     Some(above.outputs.into_iter().zip(below.outputs).zip(noise).map(quotient).collect())
 }
 
-/// Moves along a coordinate; the length of the step as doubles have it.
+/// Moves along a coordinate; returns the length of the step after rounding.
 fn moved(inputs: &mut [f64], coordinate: &Coordinate, h: f64) -> f64 {
     let field = &mut inputs[coordinate.start..];
     if coordinate.role != Role::Orientation {

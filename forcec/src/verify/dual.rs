@@ -1,9 +1,11 @@
-//! Numbers with two derivatives, as an author would take them to his own lines: forward-mode hyper-dual numbers.
+//! Hyper-dual numbers: forward-mode first and second derivatives, as an author could apply them to the
+//! source.
 //!
-//! A number carries its value, its change along two motions, and the mixed second derivative (J. A. Fike and J. J. Alonso, The
-//! development of hyper-dual numbers for exact second-derivative calculations, AIAA 2011-886). Sums, products and quotients
-//! follow the rules of calculus, functions the formulas of a textbook: nothing here comes from the compiler's table of
-//! derivatives. What does not change along either motion is a constant, and stays one under any function.
+//! A number has a value, derivatives along two motions, and the mixed second derivative (J. A. Fike and J. J.
+//! Alonso, The development of hyper-dual numbers for exact second-derivative calculations, AIAA 2011-886).
+//! Operations follow the rules of calculus, functions the formulas of textbooks; nothing comes from the
+//! compiler's derivatives. A number that changes along neither motion is a constant, and so are functions of
+//! constants.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
@@ -11,9 +13,9 @@ use crate::math::number::{Arithmetic, Comparison, Number};
 use crate::verify::big::Big;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Numbers that a dual number can be made of.
+/// The component type of dual numbers.
 pub(crate) trait Scalar: Number + 'static {
-    /// A number that is exact in every format.
+    /// A number that every format represents exactly.
     fn of(value: f64) -> Self;
     /// The nearest double.
     fn wide(&self) -> f64;
@@ -56,12 +58,12 @@ pub(crate) struct Dual<F> {
     pub(crate) value: F,
     /// The derivatives along the first and the second motion.
     pub(crate) along: [F; 2],
-    /// The derivative along both.
+    /// The mixed derivative along both motions.
     pub(crate) mixed: F,
 }
 
 impl<F: Scalar> Dual<F> {
-    /// A number that nothing moves.
+    /// A number with zero derivatives.
     pub(crate) fn constant(value: F) -> Dual<F> {
         let zero = || F::of(0.0);
         Dual { value, along: [zero(), zero()], mixed: zero() }
@@ -102,7 +104,7 @@ impl<F: Scalar> Dual<F> {
         Dual { value, along, mixed }
     }
 
-    /// xⁿ and the like where only x changes: f, f′, f″ by powers of x.
+    /// xʸ for constant y: f, f′, f″ are powers of x.
     fn power(&self, exponent: &F) -> Dual<F> {
         let power = |below: f64| {
             let exponent = exponent.clone() - F::of(below);
@@ -323,7 +325,7 @@ impl<F: Scalar> Arithmetic for Dual<F> {
                 let slope = of(Function::Tanh);
                 arguments[0].chain(value(), slope.clone(), one - square(slope))
             }
-            // The families are derivatives of each other by definition.
+            // The members of a family are derivatives of each other by definition.
             Function::Asinh(n) => {
                 arguments[0].chain(value(), of(Function::Asinh(n + 1)), of(Function::Asinh(n + 2)))
             }

@@ -1,10 +1,10 @@
-//! Physics, in the sense in which each kernel has it.
+//! Physical invariants: balance of forces and torques, equivariance, symmetry of the derivatives.
 //!
-//! In: the mathematics and the kernel's outputs with error bounds, state by state. Out: a verdict an invariant. Balance and
-//! equivariance are asked of the function first: of the rows of C (or of E, or of F itself) under the six rigid
-//! motions. Where the rows are unchanged the kernel's force must balance; where only ½ Σ ks C² is unchanged, it must at
-//! damping 0; else the function is not invariant and nothing is asked. One state that breaks the symmetry decides. A
-//! kernel into which a damping is folded cannot be asked at damping 0: then nothing is that holds there alone.
+//! In: the exact values and the kernel's outputs with error bounds, state by state. Out: a verdict for each
+//! invariant. The rows of C (or E, or F) are tested under the six rigid motions first. If the rows do not
+//! change, the kernel's force must balance; if only ½ Σ ks C² does not change, it must balance at damping 0;
+//! else nothing is required. One state that breaks the symmetry suffices. Invariants at damping 0 are skipped
+//! if another damping is compiled in.
 
 use crate::math::exact::Exact;
 use crate::model::bodies::Role;
@@ -15,11 +15,11 @@ use crate::verify::oracle::{Oracle, Point};
 use crate::verify::report::{Entry, Invariant, Verdict, ratio};
 use crate::verify::tape::{Bounded, Tape};
 
-/// What a function counts as unchanged by, relative to the size of its terms: far above what |q| ≠ 1 does.
+/// The relative change below which a function counts as unchanged: far above the effect of |q| ≠ 1.
 const UNCHANGED: f64 = 1e-13;
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// The largest violation seen.
+/// The largest violation so far.
 #[derive(Clone, Default)]
 struct Worst {
     found: Option<Entry>,
@@ -38,7 +38,7 @@ impl Worst {
     }
 }
 
-/// One rigid motion: what the function and the kernel do under it.
+/// The results for one rigid motion, for the function and for the kernel.
 #[derive(Clone)]
 struct Motion {
     rows_unchanged: bool,
@@ -47,7 +47,7 @@ struct Motion {
     undamped: Worst,
 }
 
-/// What was seen at all states so far.
+/// The results over all states so far.
 pub(crate) struct Invariants {
     motions: Vec<Motion>,
     equivariant: bool,
@@ -56,7 +56,7 @@ pub(crate) struct Invariants {
     torque_skew: Worst,
 }
 
-/// What the invariants of one state are asked of.
+/// The inputs of the tests at one state.
 pub(crate) struct Seen<'a> {
     pub(crate) oracle: &'a Oracle<'a>,
     pub(crate) places: &'a Places,
@@ -65,9 +65,9 @@ pub(crate) struct Seen<'a> {
     pub(crate) point: &'a Point<'a, 'a>,
     pub(crate) state: &'a State,
     pub(crate) family: Family,
-    /// The kernel's outputs, F, ∂F/∂X and ∂F/∂V.
+    /// The kernel's outputs force, dfdx and dfdv.
     pub(crate) outputs: &'a [Bounded],
-    /// Errors of the inputs.
+    /// The errors of the inputs.
     pub(crate) errors: &'a [f64],
 }
 
@@ -90,7 +90,7 @@ impl Invariants {
         }
     }
 
-    /// Takes in one state.
+    /// Tests the invariants at one state.
     pub(crate) fn see(&mut self, seen: &Seen, turn: Option<&mut Random>) {
         let undamped = seen.undamped();
         self.balance(seen, &undamped);
@@ -154,7 +154,7 @@ impl Invariants {
         }
     }
 
-    /// X − Xᵀ = −[τ]× on the rotations of each body, 0 elsewhere.
+    /// X − Xᵀ = −[τ]× between the rotations of each body, 0 elsewhere.
     fn torque_skew(&mut self, seen: &Seen, undamped: &Undamped) {
         let n = seen.names.len();
         let pose = &seen.places.pose;
@@ -182,7 +182,7 @@ impl Invariants {
         }
     }
 
-    /// F, ∂F/∂X and ∂F/∂V of the turned state are the turned ones.
+    /// F, ∂F/∂X and ∂F/∂V at a rotated state equal the rotated F, ∂F/∂X and ∂F/∂V.
     fn equivariance(&mut self, seen: &Seen, random: &mut Random) {
         let drawn: Vec<Big> = random.unit(4).into_iter().map(Big::from_f64).collect();
         let norm = crate::verify::oracle::inner(&drawn, &drawn).sqrt();
@@ -203,7 +203,7 @@ impl Invariants {
         if !self.equivariant {
             return;
         }
-        // The kernel sees the turned state rounded to doubles.
+        // The kernel's inputs are the rotated state, rounded to doubles.
         let mut errors = crate::verify::input_errors(seen.places, &values);
         for (error, (x, y)) in errors.iter_mut().zip(values.iter().zip(&seen.state.values)) {
             if x != y {
@@ -254,7 +254,7 @@ impl Invariants {
             .see(error, tolerance, || seen.entry(name(), expected.value, found.value, tolerance, state));
     }
 
-    /// The verdicts.
+    /// The verdict for each invariant.
     pub(crate) fn finish(self, oracle: &Oracle, places: &Places) -> Vec<Invariant> {
         let (translations, rotations) = self.motions.split_at(3);
         let plain = |name, applies: bool, worst: Worst, detail: &str| Invariant {
@@ -285,7 +285,7 @@ impl Invariants {
     }
 }
 
-/// The verdict over three motions, each in its own sense.
+/// The verdict over three motions, which may be invariant in different senses.
 fn balance(name: &'static str, motions: &[Motion]) -> Invariant {
     let mut kept: Vec<(&str, &Motion)> = AXES.into_iter().zip(motions).collect();
     kept.retain(|(_, motion)| motion.elastic_unchanged);
@@ -309,7 +309,7 @@ fn balance(name: &'static str, motions: &[Motion]) -> Invariant {
     Invariant { name, verdict, detail: detail.join(", "), worst }
 }
 
-/// Σ coefficient · entry with a bound; coefficients are good to a few units of rounding.
+/// Σ coefficient · entry with a bound; coefficients are accurate to a few units of rounding.
 fn combine(terms: impl Iterator<Item = (f64, Bounded)>) -> Bounded {
     let mut sum = Bounded { value: 0.0, error: 0.0 };
     for (c, x) in terms {
@@ -319,7 +319,7 @@ fn combine(terms: impl Iterator<Item = (f64, Bounded)>) -> Bounded {
     sum
 }
 
-/// A rigid motion of all bodies along the tangent coordinates: three translations, three rotations about the origin.
+/// A rigid motion of all bodies as a tangent vector: three translations, three rotations about the origin.
 fn generator(places: &Places, inputs: &[f64], number: usize) -> Vec<f64> {
     let axis = number % 3;
     let entry = |c: &crate::sample::inputs::Coordinate| match (number < 3, c.role) {
@@ -335,11 +335,11 @@ fn generator(places: &Places, inputs: &[f64], number: usize) -> Vec<f64> {
 struct Undamped {
     state: State,
     outputs: Vec<Bounded>,
-    /// Whether it is at damping 0: whether no other damping is folded into the kernel.
+    /// Whether the damping is 0: false if another damping is compiled into the kernel.
     is_possible: bool,
 }
 
-/// Whether a constraint's damping may be 0 while its kernel runs: it is given, or it was set to 0.
+/// Whether the damping can be 0: it is an argument, or a compiled-in 0.
 fn can_be_undamped(places: &Places) -> bool {
     let damping = places.signature.parameters.last().and_then(|damping| damping.value.as_ref());
     damping.is_none_or(|set| set.iter().all(Exact::is_zero))

@@ -1,12 +1,12 @@
-//! A kernel is never worse than its author's text.
+//! Compares the errors of a printed kernel with those of its source, evaluated as written.
 //!
-//! In: a kernel as it is printed in one precision, and states with what the mathematics gives there. Out: how its errors compare
-//! with those of the source evaluated as written, in the same precision, at the same inputs ([`crate::verify::written`]). The rule,
-//! for every block of a result, the rows of one body by the columns of one body: the largest error of the kernel is at most
-//! [`FACTOR`] times the largest error of the text, and [`UNITS`] units in the last place of the largest entry of the result; a block
-//! that is finite in the text is finite in the kernel. At a single state the roundings of the text may cancel by luck: where
-//! the rule seems broken, the error of the text is the largest at the state and at a few states beside it, infinite where
-//! the text is.
+//! In: a printed kernel in one precision, and states with exact outputs. Out: the kernel's errors compared
+//! with those of the source at the same inputs in the same precision ([`crate::verify::written`]). The rule
+//! applies to every block of an output, the rows of one body by the columns of one body: the largest error of
+//! the kernel exceeds [`FACTOR`] times the largest error of the source by at most [`UNITS`] units in the last
+//! place of the output's largest entry; a block that is finite in the source is finite in the kernel. The
+//! source's rounding errors can cancel at a single state. If the rule seems broken, the source's error is the
+//! largest at that state and a few neighbours, or infinite.
 
 use crate::math::number::Precision;
 use crate::model::bodies::Slot;
@@ -21,36 +21,36 @@ use crate::verify::written::{Written, is_second};
 use crate::verify::{Subject, quaternions};
 use std::ops::Range;
 
-/// What the error of the text is multiplied by.
+/// The factor on the error of the source.
 pub(crate) const FACTOR: f64 = 4.0;
-/// Units in the last place of the largest entry of a result that are allowed besides.
+/// The additional tolerance, in units in the last place of the largest entry of an output.
 const UNITS: f64 = 8.0;
 
-/// States beside one at which the text is evaluated too, where the state alone says that the kernel is worse.
+/// The number of neighbouring states evaluated if a single state breaks the rule.
 const NEIGHBOURS: usize = 8;
 
-/// Blocks that break the rule before others are no longer looked at closely: the verdict is known.
+/// After this many failing blocks, further failures are not examined at neighbouring states.
 const ENOUGH: usize = 24;
 
-/// What a kernel gives for the value of each argument.
+/// Evaluates a kernel, given the value of each argument.
 pub type Evaluate<'a> = dyn Fn(&dyn Fn(Slot) -> f64) -> Option<Vec<f64>> + 'a;
 
-/// A kernel as it is printed, in one precision.
+/// A printed kernel in one precision.
 pub struct Printed<'a> {
     /// The precision.
     pub precision: Precision,
-    /// Its outputs, every array row by row, in the order of the program, given the value of each argument. Numbers of the
-    /// precision, as doubles. `None` if an entry is never written.
+    /// Computes the outputs, every array row by row, in the order of the program, as doubles that the
+    /// precision can represent. `None` if an entry is never written.
     pub evaluate: &'a Evaluate<'a>,
 }
 
-/// What the mathematics gives at a state.
+/// The exact outputs at a state.
 pub(super) struct Known {
-    /// Every result row by row, in the order of the program, where it is known.
+    /// Every known output row by row, in the order of the program.
     pub(super) results: Vec<Option<Vec<Big>>>,
-    /// What it may be off by.
+    /// A bound on their error.
     pub(super) noise: f64,
-    /// Whether some formula has no derivative but for its arguments staying what they are: no kernel has to be finite there.
+    /// Whether some derivative exists only while arguments are constant; kernels need not be finite then.
     pub(super) edges: bool,
 }
 
@@ -61,13 +61,13 @@ impl Known {
     }
 }
 
-/// Every result row by row, in the order of the program; `None` for those left out.
+/// Every output row by row, in the order of the program; `None` for outputs left out.
 type Entries = Vec<Option<Vec<f64>>>;
 
-/// The results of a text at a state.
+/// Evaluates the outputs of the source at a state.
 type Results<'a> = Box<dyn Fn(&[f64], bool) -> Entries + 'a>;
 
-/// One kernel in one precision, and what was found so far.
+/// The comparison of one kernel in one precision so far.
 pub(super) struct Judge<'a> {
     places: &'a Places,
     arrays: &'a [Array<Id>],
@@ -97,7 +97,7 @@ impl<'a> Judge<'a> {
         Judge { places, arrays: &subject.program.arrays, printed, text, found }
     }
 
-    /// The state as this precision holds it; `None` if it does not.
+    /// The state rounded to this precision; `None` if it overflows.
     pub(super) fn state(&self, state: &State) -> Option<State> {
         if self.printed.precision == Precision::F64 {
             return Some(state.clone());
@@ -110,7 +110,7 @@ impl<'a> Judge<'a> {
         values.iter().all(|x| x.is_finite()).then_some(State { values, ..*state })
     }
 
-    /// Compares at a state of this precision, where the truth is known, and is found at states beside it.
+    /// Compares at a state of this precision; `beside` computes the exact outputs at neighbouring states.
     pub(super) fn see(
         &mut self,
         family: Family,
@@ -136,7 +136,7 @@ impl<'a> Judge<'a> {
             for (rows, columns) in rows.iter().flat_map(|rows| columns.iter().map(move |c| (rows, c))) {
                 let places = rows.clone().flat_map(|r| columns.clone().map(move |c| r * array.columns + c));
                 let places: Vec<usize> = places.collect();
-                // Of what is beyond the format nothing finite is asked.
+                // Entries that overflow the format need not be finite.
                 let holds = |k: usize| exact[k].to_f64().abs() <= self.largest_number();
                 let is_lost = |k: &usize| !truth.edges && holds(*k) && !kernel[*k].is_finite();
                 let lost = places.iter().copied().find(is_lost);
@@ -145,16 +145,17 @@ impl<'a> Judge<'a> {
                     |written: &[f64], exact: &[Big]| furthest(&places, written, exact).map_or(0.0, |x| x.1);
                 let mut text_error = by_text(written, exact);
                 let ratio = |text_error: f64| match lost {
-                    // Where the text is not finite there is nothing to compare with.
+                    // The source's value is not finite, so no comparison is possible.
                     _ if !text_error.is_finite() => 0.0,
                     Some(_) => f64::INFINITY,
                     None if !error.is_finite() || error <= allowed => 0.0,
                     None => (error - allowed) / text_error,
                 };
-                if ratio(text_error) > FACTOR {
-                    if self.found.failures() >= ENOUGH {
-                        continue;
-                    }
+                let enough = self.found.failures() >= ENOUGH;
+                if enough && lost.is_none() && ratio(text_error) > FACTOR {
+                    continue;
+                }
+                if !enough && ratio(text_error) > FACTOR {
                     let neighbours = neighbours.get_or_insert_with(|| self.neighbours(state, beside));
                     let errors = neighbours.iter().filter_map(|(known, written)| {
                         Some(by_text(written[index].as_ref()?, known.results[index].as_ref()?))
@@ -182,8 +183,8 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// States beside one, with the truth and the text there: every number a few units in its last place away, but for zeros,
-    /// quaternions, and what is known while compiling.
+    /// Neighbouring states with their exact outputs and those of the source. Every number moves by a few
+    /// units in the last place, except zeros, quaternions and compile-time constants.
     fn neighbours(
         &self,
         state: &State,
@@ -234,7 +235,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The unit in the last place of a size, and room for what underflows.
+    /// The unit in the last place at a size, plus a margin for underflow.
     fn unit(&self, size: f64) -> f64 {
         match self.printed.precision {
             Precision::F64 => size.next_up() - size + f64::MIN_POSITIVE,
@@ -269,7 +270,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// The entry among some that is furthest from the truth, and how far; one that is not a number is furthest.
+/// The entry with the largest error, and the error; NaN counts as infinite.
 fn furthest(places: &[usize], computed: &[f64], exact: &[Big]) -> Option<(usize, f64)> {
     let error = |place: usize| match (exact[place].clone() - Big::from_f64(computed[place])).to_f64().abs() {
         error if error.is_nan() => f64::INFINITY,
@@ -279,7 +280,7 @@ fn furthest(places: &[usize], computed: &[f64], exact: &[Big]) -> Option<(usize,
     errors.max_by(|(_, a), (_, b)| a.total_cmp(b))
 }
 
-/// The quaternion near q whose stored floats come nearest to length one.
+/// The quaternion of floats near q whose length is nearest to one.
 fn unit_quaternion(q: [f64; 4]) -> [f32; 4] {
     let excess = |q: &[f32; 4]| q.iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>() - 1.0;
     let near = q.map(|x| x as f32);

@@ -1,10 +1,10 @@
-//! Whether a kernel equals the mathematics of its source.
+//! Verifies that a kernel computes the mathematics of its source.
 //!
-//! In: a force function as it was written, and the scalar program made of it. Out: a [`Report`], the same for the same
-//! seed on every machine. At every state of nine families the program's outputs are compared with the exact oracle
-//! (differences of the source in 320 bits), with central differences in doubles that know their noise, and with
-//! the invariants that the function has. The tolerance is a running error bound on the program's operations, so
-//! that rounding never fails a check and a wrong sign never hides behind a guess.
+//! In: a force function as written, and its scalar program. Out: a [`Report`], determined by the seed on
+//! every platform. At states of nine families the program's outputs are compared with the exact oracle
+//! (difference quotients of the source in 320 bits) and with central differences in doubles that estimate
+//! their error; and the invariants of the function are tested. The tolerance is a running error bound of the
+//! program's operations: rounding cannot fail a check, and no guessed tolerance can hide a wrong sign.
 
 pub(crate) mod big;
 mod chosen;
@@ -12,10 +12,10 @@ mod differences;
 mod dual;
 mod invariants;
 mod judge;
-#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
 mod mutate;
 mod oracle;
-#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
 pub mod probe;
 pub(crate) mod render;
 mod report;
@@ -24,17 +24,17 @@ pub(crate) mod source;
 pub(crate) mod tape;
 mod written;
 
-#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
 pub use crate::sample::inputs::Inputs;
 pub use crate::sample::states::Family;
 pub use chosen::check_chosen;
-#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
 pub use judge::Evaluate;
 pub use judge::Printed;
-#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
 pub use mutate::{Mutation, apply, mutate, mutations};
 pub use render::{json, table};
-#[cfg_attr(not(feature = "internals"), expect(unused_imports, reason = "tests use it"))]
+#[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
 pub use report::{Branch, Broken, Invariant, TextEntry};
 pub use report::{Comparison, Coverage, Differences, Entry, Report, TextComparison, Verdict};
 
@@ -55,20 +55,20 @@ use search::{Decider, Search};
 use std::collections::BTreeMap;
 use tape::{Bounded, Tape};
 
-/// What is checked against what.
+/// A kernel and the source that it is checked against.
 pub struct Subject<'a> {
-    /// The function as it was written, in a graph made by [`crate::vector::Graph::verbatim`].
+    /// The function as written, in a graph made by [`crate::vector::Graph::verbatim`].
     pub source: &'a Definition,
-    /// What the kernel computes.
+    /// The program of the kernel.
     pub program: &'a Program,
 }
 
-/// How to check.
+/// The options of a check.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckOptions {
-    /// What the states are drawn from.
+    /// The seed of the random states.
     pub seed: u64,
-    /// How many states of each family.
+    /// The number of states per family.
     pub states: usize,
 }
 
@@ -78,28 +78,29 @@ impl Default for CheckOptions {
     }
 }
 
-/// Draws for one state before one without force will do: at every other state something should push.
+/// Draws per state that must have a force, before one without is accepted; every other state may have none.
 const PASSIVE_DRAWS: usize = 40;
-/// States a family whose ∂F/∂X is compared entry by entry however dear that is; others may be compared along a direction.
+/// States per family at which all entries of ∂F/∂X are compared, whatever the cost; others may compare a
+/// direction.
 const FULL_STATES: usize = 2;
-/// What evaluations of the source may cost a kernel, in additions of 320 bits: about a second.
+/// The cost limit per kernel for evaluating the source, in 320-bit additions: about a second.
 const BUDGET: u64 = 10_000_000;
-/// States that are tried on an arm that drawn states missed.
+/// States to try for an arm that no drawn state reached.
 const FOUND_STATES: usize = 4;
-/// States a family at which the turned state is compared.
+/// States per family at which equivariance is tested.
 const TURNED_STATES: usize = 3;
-/// As many states are checked in all as this many families have.
+/// The total number of states is at least that of this many families.
 const LEAST_FAMILIES: usize = 5;
-/// A state is sharp if no tolerance exceeds this part of the largest entry.
+/// A state is sharp if all tolerances are below this fraction of the largest entry.
 const SHARP: f64 = 1e-6;
 
-/// Checks what a kernel computes.
-#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+/// Checks the program of a kernel.
+#[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
 pub fn check(subject: &Subject, options: &CheckOptions) -> Report {
     check_printed(subject, &[], options)
 }
 
-/// Checks what a kernel computes, and the kernel as it is printed in each of these precisions.
+/// Checks the program of a kernel, and the printed kernel in each of these precisions.
 pub fn check_printed(subject: &Subject, printed: &[Printed], options: &CheckOptions) -> Report {
     let places = Places::new(&subject.program.signature);
     let oracle = Oracle::new(subject.source, &places);
@@ -134,7 +135,7 @@ pub fn check_printed(subject: &Subject, printed: &[Printed], options: &CheckOpti
             coverage.push(states);
         }
     }
-    // What uncovered families leave out, random states make up for.
+    // Random states replace the missing states of families that are not covered.
     let least = LEAST_FAMILIES * options.states;
     let checked: usize = coverage.iter().map(|c| c.checked).sum();
     let random = &mut coverage[Family::Random as usize];
@@ -151,26 +152,26 @@ struct Checker<'a> {
     force: &'a Tape,
     names: Vec<String>,
     comparisons: Vec<Comparison>,
-    /// The largest entry of each array at the states before.
+    /// The largest entry of each array at earlier states.
     largest: [f64; 3],
     differences: Differences,
     judges: Vec<Judge<'a>>,
     invariants: Invariants,
     search: Search<'a>,
-    /// At how many states each arm of a branch was active.
+    /// For each arm of a branch, the number of states where it was active.
     active: BTreeMap<(Decider, bool), usize>,
 }
 
-/// The mathematics of one state.
+/// The exact values at one state.
 struct Exact<'o, 'd> {
     point: Point<'o, 'd>,
     dfdv: Columns,
-    /// Every column, or one along a direction.
+    /// All columns, or one column along `direction`.
     dfdx: Columns,
     direction: Option<Vec<f64>>,
 }
 
-/// The truth in the order of a whole kernel's outputs.
+/// The exact outputs, in the order of a default kernel's outputs.
 fn known(point: &Point, dfdx: Option<&Columns>, dfdv: &Columns) -> Known {
     Known {
         results: vec![Some(point.force.clone()), dfdx.map(Columns::by_row), Some(dfdv.by_row())],
@@ -179,7 +180,7 @@ fn known(point: &Point, dfdx: Option<&Columns>, dfdv: &Columns) -> Known {
     }
 }
 
-/// Where the quaternions among the inputs begin.
+/// The positions in the inputs where quaternions begin.
 pub(crate) fn quaternions(places: &Places) -> Vec<usize> {
     let bodies = 0..places.signature.bodies.len();
     let mut starts: Vec<usize> = bodies.filter_map(|body| places.field(body, Role::Orientation)).collect();
@@ -196,7 +197,7 @@ pub(crate) fn quaternions(places: &Places) -> Vec<usize> {
     starts
 }
 
-/// How far inputs may be from what they stand for: the bits of a quaternion from length one.
+/// Input errors: the deviation of quaternions from length one.
 pub(crate) fn input_errors(places: &Places, values: &[f64]) -> Vec<f64> {
     let mut errors = vec![0.0; values.len()];
     for at in quaternions(places) {
@@ -209,8 +210,8 @@ pub(crate) fn input_errors(places: &Places, values: &[f64]) -> Vec<f64> {
 }
 
 impl<'a> Checker<'a> {
-    /// Checks states of a family until so many are regular, or nine in ten are singular; draws count from `number`. Where hardly
-    /// a state is regular, states are moved to where the function has a value.
+    /// Checks states of a family until `states` are regular, or nine in ten are singular; draws are numbered
+    /// from `number`. If regular states are rare, states are moved to where the function is defined.
     fn family(&mut self, coverage: &mut Coverage, states: usize, number: u64, options: &CheckOptions) {
         let family = coverage.family;
         let mut passive = 0;
@@ -221,7 +222,7 @@ impl<'a> Checker<'a> {
             let mut state =
                 draw(self.places, self.oracle.is_constraint(), family, coverage.checked, &mut random);
             if coverage.singular >= states && 4 * coverage.checked <= coverage.singular {
-                // A far state that is regular near the origin only is no far state.
+                // A far state must stay far from the origin when it is moved.
                 let found = self.search.regular(&state, &mut random);
                 state = found.filter(|found| family != Family::Far || self.is_far(found)).unwrap_or(state);
             }
@@ -230,7 +231,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Whether every body is further from the origin than states of order one.
+    /// Whether every body is further from the origin than in states of order one.
     fn is_far(&self, state: &State) -> bool {
         let distance = |at: usize| state.values[at..at + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
         let positions = (0..self.places.signature.bodies.len())
@@ -239,7 +240,7 @@ impl<'a> Checker<'a> {
         positions.map(distance).all(|distance| distance > 1e3 * length)
     }
 
-    /// Checks one state, or counts it as singular. Nothing of either where no force acts and `may_pass` is: then `false`.
+    /// Checks one state or counts it as singular. Without a force and with `may_pass`, does neither: `false`.
     fn one(
         &mut self,
         coverage: &mut Coverage,
@@ -278,7 +279,7 @@ impl<'a> Checker<'a> {
         true
     }
 
-    /// Checks states on the arms that drawn states missed, and beside the edges of every branch and zeros of formulas.
+    /// Checks states on arms that no drawn state reached, and states next to edges and zeros of formulas.
     fn edges(&mut self, coverage: &mut Coverage, options: &CheckOptions) {
         let mut random = Random::new(seed(options.seed, Family::Edges, 0));
         let deciders = self.search.deciders();
@@ -298,7 +299,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Compares the kernels with the text as it is written, at the state as their precision holds it.
+    /// Compares the printed kernels with the source as written, at the state rounded to their precision.
     fn judge(&mut self, family: Family, state: &State, exact: &Exact<'a, 'a>) {
         let full = exact.direction.is_none();
         let oracle = self.oracle;
@@ -340,7 +341,7 @@ impl<'a> Checker<'a> {
         Ok(Exact { point, dfdv, dfdx, direction: Some(direction) })
     }
 
-    /// Compares at one state; whether agreement there says anything about every array.
+    /// Compares at one state; returns whether the tolerances leave any digits in every array.
     fn state(
         &mut self,
         family: Family,
@@ -360,7 +361,7 @@ impl<'a> Checker<'a> {
         let along = exact.direction.as_ref().map(|direction| self.along(direction, dfdx, &exact.dfdx));
         resolved &= match along {
             None => self.compare(Part::Dfdx, family, state, dfdx, &exact.dfdx.columns, exact.dfdx.noise),
-            // Where a direction shows an error, the entries name it.
+            // If a direction shows an error, the comparison of entries names the entry.
             Some((false, _)) => match exact.point.dfdx() {
                 Ok(all) => self.compare(Part::Dfdx, family, state, dfdx, &all.columns, all.noise),
                 Err(_) => {
@@ -401,8 +402,8 @@ impl<'a> Checker<'a> {
         Output::new(array, row, column).named(&self.places.signature)
     }
 
-    /// Compares an array entry by entry; the kernel's stands row by row, the exact one column by column. Whether it is
-    /// resolved: whether the tolerance leaves anything of the largest entry.
+    /// Compares an array entry by entry; `kernel` is row by row, `exact` column by column. Returns whether
+    /// the array is resolved: whether the tolerance is below the largest entry.
     fn compare(
         &mut self,
         array: Part,
@@ -415,7 +416,7 @@ impl<'a> Checker<'a> {
         let width = exact.len();
         let sizes = exact.iter().flatten().map(|x| x.to_f64().abs()).filter(|x| *x > noise);
         let largest = sizes.fold(0.0, f64::max);
-        // 2⁻⁶⁰ of the largest stands for the truncation of the oracle's own quotients, which is far smaller.
+        // 2⁻⁶⁰ of the largest entry covers the truncation error of the oracle, which is far smaller.
         let slack = noise + largest * 2f64.powi(-60);
         let (mut widest, mut furthest) = (0.0f64, 0.0f64);
         let here = Here { places: self.places, family, state };
@@ -432,7 +433,7 @@ impl<'a> Checker<'a> {
         if family.is_ordinary() && widest <= SHARP * largest + slack {
             self.comparisons[place(array)].sharp += 1;
         }
-        // Where everything is zero, what is large elsewhere is the measure.
+        // If all entries are zero, errors are relative to the largest entry at earlier states.
         let measure = if largest > 0.0 { largest } else { self.largest[place(array)] };
         self.largest[place(array)] = self.largest[place(array)].max(largest);
         let resolved = furthest.is_finite() && widest <= measure + slack;
@@ -444,8 +445,8 @@ impl<'a> Checker<'a> {
         resolved
     }
 
-    /// Whether ∂F/∂X along a direction is the exact one, within the tolerances of its entries; whether that says
-    /// anything.
+    /// Whether ∂F/∂X along a direction agrees within the tolerances of its entries, and whether the
+    /// tolerances are below the largest entry.
     fn along(&self, direction: &[f64], kernel: &[Bounded], exact: &Columns) -> (bool, bool) {
         let n = direction.len();
         let column = &exact.columns[0];
@@ -540,7 +541,7 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// Where entries are compared.
+/// The state at which entries are compared.
 struct Here<'a> {
     places: &'a Places,
     family: Family,
@@ -548,7 +549,7 @@ struct Here<'a> {
 }
 
 impl Here<'_> {
-    /// Compares one entry and notes what is found. Its error, zero if the slack explains it, and what else does.
+    /// Compares one entry. Returns the error, zero if within the slack, and the tolerance.
     fn compare(
         &self,
         comparison: &mut Comparison,
@@ -563,7 +564,7 @@ impl Here<'_> {
         }
         let tolerance = computed.error * 1.001 + slack;
         comparison.entries += 1;
-        // A kernel that returns no number has an infinite bound as well.
+        // A kernel that returns NaN has an infinite bound too.
         comparison.failures += usize::from(error.is_infinite() || error > tolerance);
         if comparison.worst.as_ref().is_none_or(|worst| ratio(error, tolerance) > worst.ratio()) {
             comparison.worst = Some(Entry {
@@ -580,7 +581,7 @@ impl Here<'_> {
     }
 }
 
-/// Where an array stands among those that are compared.
+/// The position of an array among the compared arrays.
 fn place(array: Part) -> usize {
     Part::DEFAULT.iter().position(|part| *part == array).expect("one of the arrays that are compared")
 }

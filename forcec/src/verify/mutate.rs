@@ -1,7 +1,7 @@
-//! Programs with one sign flipped: what a check must catch.
+//! Programs with one flipped sign, to test whether a check detects an error.
 //!
-//! In: a program. Out: the places where a sign can be flipped, and the program with one of them flipped. A place is one
-//! term of a sum that some output needs, or one output.
+//! In: a program. Out: the signs that can be flipped, and the program with one of them flipped. A flip
+//! applies to one term of a live sum, or to one output.
 
 use crate::math::exact::Exact;
 use crate::scalar::{Graph, Id, Node, Program};
@@ -9,13 +9,13 @@ use crate::scalar::{Graph, Id, Node, Program};
 /// A sign that can be flipped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Mutation {
-    /// A term of a sum; the constant is the term after the last.
+    /// A term of a sum; the constant has the index after the last term.
     Term(Id, usize),
-    /// An output, counted in the order they are stored.
+    /// An output, by its position in storage order.
     Output(usize),
 }
 
-/// Every sign that can be flipped; the sign of a lone term is not one, for its users are mutated themselves.
+/// All signs that can be flipped; a sum of one term is skipped, because its users are mutated themselves.
 pub fn mutations(program: &Program) -> Vec<Mutation> {
     let mut all = Vec::new();
     let live = program.live();
@@ -34,7 +34,7 @@ pub fn mutations(program: &Program) -> Vec<Mutation> {
     all
 }
 
-/// The program with one of its signs flipped, chosen by the seed; itself if it has none.
+/// The program with one sign flipped, chosen by the seed; unchanged if it has none.
 pub fn mutate(program: &Program, seed: u64) -> Program {
     let all = mutations(program);
     match all.len() as u64 {

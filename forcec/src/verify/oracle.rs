@@ -1,11 +1,11 @@
-//! The exact oracle: force and derivatives from the source expression, by differences in 320 bits.
+//! The exact oracle: force and derivatives from the source, by difference quotients in 320 bits.
 //!
-//! In: a verbatim definition and a state. Out: F, ∂F/∂X and ∂F/∂V as LANGUAGE.md §3 defines them, to about thirty digits.
-//! Nothing is shared with derivation or optimisation: C, E or F is evaluated as written, J is the difference quotient
-//! along each tangent coordinate, x ← x + δx and q ← exp(δθ/2) q, and ∂F/∂X is the difference quotient of that F.
-//! With steps of 2⁻¹⁰⁴ one-sided quotients leave 2⁻¹⁰⁴ from truncation and about 2⁻¹¹⁰ from rounding, both far below a
-//! double's 2⁻⁵³, and about N + N²/2 evaluations of C, each of what
-//! depends on the coordinates that moved, serve all of ∂F/∂X.
+//! In: a verbatim definition and a state. Out: F, ∂F/∂X and ∂F/∂V as docs/mathematics.md defines them, to
+//! about thirty digits. The oracle shares no code with derivation or optimisation: C, E or F is evaluated as
+//! written, J is the difference quotient along each tangent coordinate, x ← x + δx and q ← exp(δθ/2) q, and
+//! ∂F/∂X is the difference quotient of that F. Steps of 2⁻¹⁰⁴ make one-sided quotients with a truncation
+//! error of about 2⁻¹⁰⁴ and a rounding error of about 2⁻¹¹⁰, far below a double's 2⁻⁵³. ∂F/∂X takes about N +
+//! N²/2 evaluations of C, each limited to the nodes that depend on the moved coordinates.
 
 mod point;
 
@@ -19,35 +19,35 @@ use crate::verify::source::{self, Fields, Source, Values, field_bit};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-/// Steps are 2 to the minus this.
+/// The step is 2 to the minus this power.
 const STEP: i32 = 104;
-/// What a quotient leaves out, as a power of two of the largest value in the source: 2⁻¹⁰⁴ times half a second derivative,
-/// for which 2¹² times that value is room enough. Rounding, 2⁻³¹⁰ over two steps, is less.
+/// The truncation error of a quotient, as a power of two of the largest value in the source: 2⁻¹⁰⁴ times half
+/// a second derivative, at most 2¹² times that value. The rounding error, 2⁻³¹⁰ over two steps, is smaller.
 const TRUNCATION: i32 = 12 - STEP;
-/// Beyond two to this power the products in a kernel's derivatives leave the range of doubles: no number is expected.
+/// Above 2 to this power, products in a kernel's derivatives may overflow doubles; such states are singular.
 const LARGEST: i32 = 200;
 
-/// The source of a kernel, ready to be differentiated.
+/// The source of a kernel, prepared for differentiation.
 pub(crate) struct Oracle<'d> {
     places: &'d Places,
     source: Source<'d, Big>,
     outputs: Vec<Output>,
     law: Statement,
-    /// The bit of the field that each coordinate moves.
+    /// The bit of the field of each coordinate.
     pose_bits: Vec<Fields>,
     velocity_bits: Vec<Fields>,
-    /// Positions and velocities step by two to this times a step: bodies that are apart by little step by little.
+    /// The power of two that scales steps of positions and velocities to the distances of bodies.
     shift: i32,
 }
 
-/// A node that is one row or three.
+/// A node that has one row or three.
 #[derive(Clone, Copy)]
 pub(super) enum Output {
     Real(usize),
     Vector(usize),
 }
 
-/// What the rows are.
+/// The kind of law.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Statement {
     Constraint { unilateral: bool, per_row: bool },
@@ -56,7 +56,7 @@ pub(super) enum Statement {
 }
 
 impl Statement {
-    /// The rows that a definition states, of the bodies that move.
+    /// The rows of a definition, for the moving bodies, and the kind of law.
     pub(super) fn of(definition: &Definition, places: &Places) -> (Vec<Output>, Statement) {
         match &definition.law {
             Law::Constraint { rows, unilateral, per_row } => {
@@ -97,7 +97,7 @@ impl Output {
     }
 }
 
-/// The bit of the field that each coordinate moves.
+/// The bit of the field of each coordinate.
 pub(super) fn field_bits(places: &Places, coordinates: &[Coordinate]) -> Vec<Fields> {
     let bit = |c: &Coordinate| {
         let slot = places.signature.body_slot(c.body, c.role);
@@ -106,42 +106,42 @@ pub(super) fn field_bits(places: &Places, coordinates: &[Coordinate]) -> Vec<Fie
     coordinates.iter().map(bit).collect()
 }
 
-/// Why a state says nothing.
+/// Why a state cannot be used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Singular {
     /// A value or derivative does not exist.
     Value,
-    /// The stencil lies on both sides of a branch.
+    /// The difference stencil crosses a branch.
     Branch,
 }
 
-/// The mathematics of one state.
+/// The exact values at one state.
 pub(crate) struct Point<'o, 'd> {
     oracle: &'o Oracle<'d>,
     inputs: Vec<Big>,
     values: Values<'static, Big>,
     /// C, E or F as written.
     pub(crate) rows: Vec<Big>,
-    /// ∂row/∂coordinate; for a force law empty.
+    /// ∂row/∂coordinate; empty for a force.
     jacobian: Vec<Vec<Big>>,
-    /// λ; 1 for an energy.
+    /// λ; for an energy, 1.
     multipliers: Vec<Big>,
-    /// Less where a row pushes, greater where it does nothing.
+    /// `Less` for a row that pushes, `Equal` on the switch, `Greater` for an inactive row.
     activity: Vec<Ordering>,
     /// F.
     pub(crate) force: Vec<Big>,
-    /// The size of what truncation and rounding leave in F and its derivatives, at most.
+    /// A bound on the truncation and rounding errors in F and its derivatives.
     pub(crate) noise: f64,
 }
 
-/// Columns of ∂F/∂X or ∂F/∂V, each along a direction of the tangent space, with what rounding leaves in them.
+/// Columns of ∂F/∂X or ∂F/∂V along directions of the tangent space, with a bound on their error.
 pub(crate) struct Columns {
     pub(crate) columns: Vec<Vec<Big>>,
     pub(crate) noise: f64,
 }
 
 impl Columns {
-    /// Its entries row by row.
+    /// The entries row by row.
     pub(crate) fn by_row(&self) -> Vec<Big> {
         let rows = 0..self.columns.first().map_or(0, Vec::len);
         rows.flat_map(|row| self.columns.iter().map(move |column| column[row].clone())).collect()
@@ -159,13 +159,13 @@ impl Columns {
     }
 }
 
-/// What changes along a coordinate.
+/// The quantity that is differentiated.
 enum Of {
     /// F
     Force,
     /// λ
     Multipliers,
-    /// F, were each λ more by this.
+    /// F with these values added to λ.
     Held(Vec<Big>),
 }
 
@@ -182,8 +182,8 @@ impl Of {
     }
 }
 
-/// The rows after a step along each of two coordinates, where the order of the steps does not matter: all pairs but two
-/// turns of one body.
+/// Rows after a step along each of two coordinates, if the steps commute: all pairs but rotations of one
+/// body.
 #[derive(Default)]
 struct TwoSteps(BTreeMap<(usize, usize), Vec<Big>>);
 
@@ -217,12 +217,12 @@ impl<'d> Oracle<'d> {
         }
     }
 
-    /// About what every column of ∂F/∂X costs at one state, in additions of 320 bits.
+    /// The approximate cost of all columns of ∂F/∂X at one state, in 320-bit additions.
     pub(crate) fn cost(&self) -> u64 {
         let n = self.places.pose.len() as u64;
         match self.law {
             Statement::Force => n * self.source.cost(),
-            // Half of the pairs of steps, and each evaluates about half of the source.
+            // Half of the pairs of steps; each evaluates about half of the source.
             _ => n * n / 4 * self.source.cost() + 4 * n * n * self.outputs.len() as u64,
         }
     }
@@ -237,13 +237,13 @@ impl<'d> Oracle<'d> {
         self.law == Statement::Energy
     }
 
-    /// F and what leads to it, at a state.
+    /// The rows, λ and F at a state.
     pub(crate) fn point(&self, state: &State) -> Result<Point<'_, 'd>, Singular> {
         self.point_at(state.values.iter().map(|x| Big::from_f64(*x)).collect())
     }
 
-    /// The same at the quaternions of length one that the stored ones stand for: derivatives may use |q| = 1, so that
-    /// the truth they are compared with must not depend on how the bits miss it.
+    /// The same with quaternions normalised to length one: kernels may use |q| = 1 in derivatives, so the
+    /// exact derivatives must not depend on the rounding of q.
     pub(crate) fn unit_point(&self, state: &State) -> Result<Point<'_, 'd>, Singular> {
         let mut inputs: Vec<Big> = state.values.iter().map(|x| Big::from_f64(*x)).collect();
         for at in crate::verify::quaternions(self.places) {
@@ -257,7 +257,7 @@ impl<'d> Oracle<'d> {
         self.point_at(inputs)
     }
 
-    /// The same at inputs given to all bits.
+    /// The same for 320-bit inputs.
     pub(crate) fn point_at(&self, inputs: Vec<Big>) -> Result<Point<'_, 'd>, Singular> {
         let mut values = self.source.evaluate(&inputs);
         self.source.mark_edges(&mut values);
@@ -300,7 +300,7 @@ impl<'d> Oracle<'d> {
         (point.multipliers, point.activity) =
             self.multipliers(&point.inputs, &point.rows, &point.jacobian, &velocities);
         point.force = self.force(&point.jacobian, &point.multipliers);
-        // What an error of that size in rows, J and dC/dt does to F.
+        // The effect on F of an error of size `noise` in rows, J and dC/dt.
         let size = |x: &Big| x.to_f64().abs();
         let entry = point.jacobian.iter().flatten().map(size).fold(0.0, f64::max);
         let push: f64 = point.multipliers.iter().map(size).sum();
@@ -324,7 +324,7 @@ impl<'d> Oracle<'d> {
         self.places.velocity.iter().map(|c| inputs[c.start + c.axis].clone()).collect()
     }
 
-    /// ks and kd of a row; zero for what is no constraint.
+    /// ks and kd of a row; zero unless the law is a constraint.
     fn gains(&self, inputs: &[Big], row: usize) -> (Big, Big) {
         let Statement::Constraint { per_row, .. } = self.law else { return (Big::zero(), Big::zero()) };
         let parameters = self.places.signature.parameters.len();
@@ -333,7 +333,7 @@ impl<'d> Oracle<'d> {
         (gain(parameters - 2), gain(parameters - 1))
     }
 
-    /// λ of every row, and whether it pushes, stands on the switch, or does nothing.
+    /// λ of every row, and its activity.
     fn multipliers(
         &self,
         inputs: &[Big],
@@ -376,7 +376,7 @@ impl<'d> Oracle<'d> {
         force
     }
 
-    /// What a step along a coordinate is multiplied by, as a power of two.
+    /// The power of two that scales a step along a coordinate.
     pub(crate) fn shift(&self, coordinate: &Coordinate) -> i32 {
         match coordinate.role {
             Role::Position | Role::Velocity => self.shift,
@@ -394,7 +394,7 @@ impl<'d> Oracle<'d> {
     }
 }
 
-/// One step of a field along a direction of its three coordinates.
+/// A step of a field along a direction, given by its three coordinates.
 fn step(inputs: &mut [Big], coordinate: &Coordinate, direction: &[f64]) {
     let field = &mut inputs[coordinate.start..];
     if coordinate.role != Role::Orientation {
@@ -403,7 +403,7 @@ fn step(inputs: &mut [Big], coordinate: &Coordinate, direction: &[f64]) {
         }
         return;
     }
-    // exp(a) = cos |a| + a sin |a| / |a| with a = δθ/2; |a|⁴ is nothing in 320 bits.
+    // exp(a) = cos |a| + a sin |a| / |a| with a = δθ/2; |a|⁴ is negligible in 320 bits.
     let a: Vec<Big> = direction.iter().map(|d| Big::from_f64(*d).scaled(-STEP - 1)).collect();
     let square = inner(&a, &a);
     let cosine = Big::integer(1) - square.clone().scaled(-1);
@@ -435,7 +435,7 @@ fn all_finite(x: &[Big]) -> bool {
     x.iter().all(|x| x.is_finite() && x.to_f64().is_finite())
 }
 
-/// Whether a step went along one branch and where everything has a derivative.
+/// Fails if a step crossed a branch or has no derivative.
 fn regular(values: &Values<Big>) -> Result<(), Singular> {
     match (values.crossed, values.at_edge) {
         (true, _) => Err(Singular::Branch),
@@ -444,12 +444,12 @@ fn regular(values: &Values<Big>) -> Result<(), Singular> {
     }
 }
 
-/// (after − before)/step, the step multiplied by two to the `shift`
+/// (after − before)/step, with the step multiplied by 2 to the power `shift`.
 fn quotient(after: &[Big], before: &[Big], shift: i32) -> Vec<Big> {
     after.iter().zip(before).map(|(a, b)| (a.clone() - b.clone()).scaled(STEP - shift)).collect()
 }
 
-/// What a rigid motion changes, each with the size of its terms.
+/// The changes under a rigid motion, each with the size of its terms.
 pub(crate) struct Work {
     /// The rows of C, or E.
     pub(crate) rows: (f64, f64),

@@ -1,7 +1,8 @@
-//! Single states and single functions in high precision, for tests of what was emitted.
+//! Single states and single functions in high precision, for tests of generated code.
 //!
-//! In: a force function and its program, or a row of the function table. Out: states from the check's own generator, and
-//! what the mathematics gives there, rounded once to doubles. A check is [`crate::verify::check`]; a probe judges nothing.
+//! In: a force function and its program, or a function of the table. Out: states from the generator of
+//! `check`, and the exact values at these states, rounded once to doubles. A probe returns numbers;
+//! [`crate::verify::check`] returns verdicts.
 
 use crate::derive::partials::partial;
 use crate::math::functions::Function;
@@ -22,16 +23,16 @@ use crate::verify::source::Source;
 use crate::verify::tape::Tape;
 use crate::verify::written::Written;
 
-/// What the source says at one state.
+/// The exact outputs at one state.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// Every result row by row: the order of a kernel's `out` in memory.
+    /// Every output row by row, in the memory order of a kernel's `out`.
     pub outputs: Vec<f64>,
-    /// Whether some row pushes; what is no one-sided constraint always does.
+    /// Whether some entry of the force is nonzero.
     pub pushes: bool,
 }
 
-/// One kernel, ready to be asked about single states. Inputs are flat: the arguments in order, each in memory order.
+/// Evaluates one kernel at single states. Inputs are flat: the arguments in order, each in memory order.
 pub struct Probe<'a> {
     subject: &'a Subject<'a>,
     places: Places,
@@ -39,7 +40,7 @@ pub struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    /// Asks about this kernel.
+    /// Prepares a kernel.
     pub fn new(subject: &'a Subject<'a>) -> Probe<'a> {
         let places = Places::new(&subject.program.signature);
         let outputs: Vec<Id> = subject.program.outputs().collect();
@@ -47,19 +48,20 @@ impl<'a> Probe<'a> {
         Probe { subject, places, tape }
     }
 
-    /// The inputs of one state of a family; the same for the same seed and index on every machine.
+    /// The inputs of one state of a family; determined by seed and index on every platform.
     pub fn draw(&self, family: Family, seed_from: u64, index: usize) -> Vec<f64> {
         let mut random = Random::new(seed(seed_from, family, index as u64));
         let gains = Oracle::new(self.subject.source, &self.places).is_constraint();
         draw(&self.places, gains, family, index, &mut random).values
     }
 
-    /// About what [`Probe::truth`] costs at one state, in additions of 320 bits: ten million take about a second.
+    /// The approximate cost of [`Probe::truth`] at a state, in 320-bit additions; ten million take a second.
     pub fn cost(&self) -> u64 {
         Oracle::new(self.subject.source, &self.places).cost()
     }
 
-    /// What the program computes, from the source by differences in 320 bits; `None` where some of it does not exist.
+    /// The program's outputs from the source, by difference quotients in 320 bits; `None` if one does not
+    /// exist.
     pub fn truth(&self, inputs: &[f64]) -> Option<Truth> {
         let oracle = Oracle::new(self.subject.source, &self.places);
         let truth = |point: Point| -> Result<Truth, Singular> {
@@ -75,13 +77,13 @@ impl<'a> Probe<'a> {
         oracle.point(&State { values: inputs.to_vec(), scale: 1.0 }).and_then(truth).ok()
     }
 
-    /// What the program computes when it computes in 320 bits.
+    /// The program's outputs, evaluated in 320 bits.
     pub fn program(&self, inputs: &[f64]) -> Vec<f64> {
         let input = |slot| Big::from_f64(inputs[self.places.place(slot)]);
         eval::evaluate(self.subject.program, &input).iter().map(Big::to_f64).collect()
     }
 
-    /// What the program computes, from the source as written with dual numbers, in a precision or in 320 bits.
+    /// The program's outputs, computed from the source with dual numbers, in a precision or in 320 bits.
     pub fn text(&self, precision: Option<Precision>, inputs: &[f64]) -> Vec<f64> {
         match precision {
             Some(Precision::F64) => self.written::<f64>(inputs),
@@ -97,12 +99,12 @@ impl<'a> Probe<'a> {
         arrays.flat_map(|array| text.part(array.part)).map(|x| x.wide()).collect()
     }
 
-    /// The entry of an argument among the inputs.
+    /// The input that an argument's entry reads.
     pub fn input(&self, inputs: &[f64], slot: Slot) -> f64 {
         inputs[self.places.place(slot)]
     }
 
-    /// How far rounding in doubles, and the bits of a quaternion from length one, may take each output.
+    /// Bounds on the output errors from rounding to doubles and from quaternions not quite of length one.
     pub fn bounds(&self, inputs: &[f64]) -> Vec<f64> {
         let errors = input_errors(&self.places, inputs);
         self.tape.bounds(inputs, &errors).iter().map(|bounded| bounded.error).collect()
@@ -113,7 +115,7 @@ impl<'a> Probe<'a> {
         self.places.inputs(inputs)
     }
 
-    /// An output's array and its name: `dfdx[a.ry][b.x]`.
+    /// An output's array and its entry's name, such as `dfdx[a.ry][b.x]`.
     pub fn name(&self, output: usize) -> (Part, String) {
         let mut outputs = self.subject.program.arrays.iter().flat_map(|array| array.outputs());
         let (output, _) = outputs.nth(output).expect("an output of the program");
@@ -121,14 +123,14 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// The double nearest to an entry, zero where only the noise of differences is left of it.
+/// The nearest double, or zero if the entry is below the noise of the difference quotients.
 fn flushed(x: &Big, noise: f64) -> f64 {
     let x = x.to_f64();
     if x.abs() <= noise { 0.0 } else { x }
 }
 
-/// How far the rows, the energy or the force of two definitions are apart in 320 bits at the same inputs, relative to the
-/// larger; `None` where one of them or a derivative does not exist.
+/// The relative distance of two definitions' rows, energy or force at the same inputs, in 320 bits; `None` if
+/// a value or derivative does not exist.
 pub fn apart(left: &Definition, right: &Definition, inputs: &[f64]) -> Option<f64> {
     let rows = |definition: &Definition| {
         let places = Places::new(&definition.graph.signature);
@@ -141,7 +143,7 @@ pub fn apart(left: &Definition, right: &Definition, inputs: &[f64]) -> Option<f6
     Some(pairs.map(|(x, y)| distance(x, y)).fold(0.0, f64::max))
 }
 
-/// |x − y| relative to the larger.
+/// |x − y|/max(|x|, |y|)
 fn distance(x: Big, y: Big) -> f64 {
     let size = x.to_f64().abs().max(y.to_f64().abs());
     let difference = (x - y).to_f64().abs();
@@ -154,14 +156,14 @@ pub fn value(function: Function, arguments: &[f64]) -> f64 {
     Big::call(function, &arguments).to_f64()
 }
 
-/// A function's partial derivative by its formula and by central differences of its value, both in 320 bits.
+/// A partial derivative by its formula and by central differences, both in 320 bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Partial {
-    /// By the formula of its row.
+    /// The derivative by formula.
     pub formula: f64,
-    /// By differences.
+    /// The derivative by differences.
     pub difference: f64,
-    /// How far apart they are before they are rounded, relative to the larger.
+    /// The relative distance of both before rounding.
     pub apart: f64,
 }
 
@@ -198,8 +200,8 @@ pub fn partials(function: Function, arguments: &[f64]) -> Vec<Partial> {
     formulas.iter().enumerate().map(partial).collect()
 }
 
-/// What a force function returns at one state, flat: the rows of C, the energy, or the force on each body; `None` where it
-/// or a derivative does not exist.
+/// The flat value of a force function at one state: the rows of C, the energy, or the force on each body;
+/// `None` if the value or a derivative does not exist.
 pub fn returned(definition: &Definition, inputs: &[f64]) -> Option<Vec<f64>> {
     let places = Places::new(&definition.graph.signature);
     let oracle = Oracle::new(definition, &places);

@@ -1,7 +1,7 @@
 //! Reports as text: a table for people, JSON for programs.
 //!
-//! In: reports. Out: one line a kernel with its worst errors, and below it, where a check fails, what failed, by how much,
-//! and the state that shows it; or one JSON object.
+//! In: reports. Out: one line per kernel with its worst errors; below, for every failed check, the failing
+//! entries, their errors and the state; or a JSON object.
 
 use crate::math::number::Precision;
 use crate::model::outputs::{PARTS, Part};
@@ -10,23 +10,23 @@ use crate::sample::states::Family;
 use crate::verify::report::{Comparison, Entry, Invariant, Report, TextComparison, TextEntry, Verdict};
 use std::fmt::Write;
 
-/// What a table is at most wide; a name that is too long for it loses its middle.
+/// The largest width of a table; longer names lose their middle.
 const WIDTH: usize = 120;
 
-/// More outputs than these have one column for all.
+/// With more outputs than this, all outputs share one column.
 const MOST_PARTS: usize = 3;
 
-/// What columns of a table show.
+/// The columns of a table.
 struct Columns {
     parts: Vec<Part>,
-    /// Whether the outputs have a column each.
+    /// Whether each output has its own column.
     apart: bool,
     precisions: Vec<Precision>,
-    /// Whether differences and invariants are there.
+    /// Whether the table has columns for differences and invariants.
     physics: bool,
 }
 
-/// A table of many kernels, a legend below it, then failures in full.
+/// A table of kernels with a legend, followed by details of failures.
 pub fn table(reports: &[Report]) -> String {
     let compared = |part: &Part| reports.iter().any(|r| r.comparisons.iter().any(|c| c.array == *part));
     let parts: Vec<Part> = PARTS.iter().map(|row| row.part).filter(compared).collect();
@@ -43,7 +43,7 @@ pub fn table(reports: &[Report]) -> String {
     for row in &mut rows {
         row[0] = shortened(&row[0], WIDTH.saturating_sub(rest).max(16));
     }
-    // Words stand to the left, numbers to the right.
+    // Text columns are left-aligned, number columns right-aligned.
     let last = rows[0].len() - usize::from(columns.physics);
     let mut text = self::columns(&rows, |column| !(2..last).contains(&column));
     if !reports.is_empty() {
@@ -73,7 +73,7 @@ pub fn table(reports: &[Report]) -> String {
     text
 }
 
-/// A name of at most so many letters.
+/// A name shortened to at most `most` characters.
 fn shortened(name: &str, most: usize) -> String {
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= most {
@@ -87,8 +87,8 @@ fn width(rows: &[Vec<String>], column: usize) -> usize {
     rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0)
 }
 
-/// A line a kernel that branches: how many states were active on each arm; then a line an arm that was never active. Equal
-/// lines, as unrolled loops make them, are one, which shows the least.
+/// One line per branch: the number of states at which each arm was active; then one line per arm that was
+/// never active. Equal lines, which unrolled loops produce, are merged with their smallest numbers.
 fn branches(text: &mut String, report: &Report) {
     let mut lines: Vec<(String, [usize; 2], [&str; 2], usize)> = Vec::new();
     for branch in &report.branches {
@@ -137,7 +137,7 @@ fn branches(text: &mut String, report: &Report) {
     }
 }
 
-/// Rows of cells below each other; those of some columns stand to the left, others to the right.
+/// Aligns rows of cells in columns; columns selected by `left` are left-aligned, others right-aligned.
 pub(crate) fn columns(rows: &[Vec<String>], left: impl Fn(usize) -> bool) -> String {
     let count = rows.first().map_or(0, Vec::len);
     let widths: Vec<usize> = (0..count).map(|column| width(rows, column)).collect();
@@ -154,14 +154,14 @@ pub(crate) fn columns(rows: &[Vec<String>], left: impl Fn(usize) -> bool) -> Str
 }
 
 impl Report {
-    /// This kernel's line under a heading, and what failed.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    /// The table of this kernel alone, with details of failures.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn table(&self) -> String {
         table(std::slice::from_ref(self))
     }
 
     /// The report as a JSON object.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn json(&self) -> String {
         object(self)
     }
@@ -225,7 +225,7 @@ impl Columns {
         cells
     }
 
-    /// What the columns show.
+    /// Explains the columns.
     fn legend(&self, text: &mut String) {
         let names: Vec<&str> = self.parts.iter().map(|part| part.name()).collect();
         let names = if self.apart { names.join(", ") } else { "outputs".to_owned() };
@@ -256,7 +256,7 @@ impl Columns {
     }
 }
 
-/// The invariants in the order of their symbols.
+/// The invariants, in the order of their symbols in the table.
 const INVARIANTS: [&str; 5] =
     ["force balance", "torque balance", "rotation equivariance", "dfdv symmetric", "dfdx symmetric"];
 
@@ -268,7 +268,7 @@ fn quotient(x: f64) -> String {
     if x < 10.0 { format!("{x:.2}") } else { size(x) }
 }
 
-/// An invariant in a letter.
+/// The verdict on an invariant as one character.
 fn symbol(invariant: &Invariant) -> &'static str {
     match invariant.verdict {
         Verdict::NotApplicable | Verdict::NotInvariant => "·",
@@ -322,7 +322,7 @@ fn details(text: &mut String, report: &Report) {
     }
 }
 
-/// Where the kernel is worse than the text, and the state that shows it.
+/// The details of a comparison in which the kernel is worse than the source, with the state.
 fn worse(text: &mut String, comparison: &TextComparison, seed: u64) {
     let TextComparison { precision, blocks, .. } = comparison;
     let lost: usize = comparison.broken.values().map(|broken| broken.lost).sum();
@@ -497,7 +497,7 @@ fn array(items: impl Iterator<Item = String>) -> String {
     format!("[{}]", items.collect::<Vec<_>>().join(", "))
 }
 
-/// A number; JSON has no infinities, so what is not finite is a string.
+/// A JSON number; infinities and NaN are strings, because JSON has no such numbers.
 fn number(x: f64) -> String {
     if x.is_finite() { format!("{x:?}") } else { string(&x.to_string()) }
 }

@@ -1,4 +1,4 @@
-//! What a check found, as a value.
+//! The results of a check.
 
 use crate::math::number::Precision;
 use crate::model::outputs::Part;
@@ -7,27 +7,27 @@ use crate::sample::states::Family;
 use crate::source::span::Span;
 use std::collections::BTreeMap;
 
-/// One number that was compared, and the state that shows it.
+/// One compared number, with the state.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// Which: `dfdx[a.ry][b.x]`.
+    /// The entry, such as `dfdx[a.ry][b.x]`.
     pub name: String,
-    /// What the mathematics gives.
+    /// The exact value, rounded.
     pub expected: f64,
-    /// What the kernel gives.
+    /// The kernel's value.
     pub computed: f64,
-    /// The size of the difference, taken before either was rounded.
+    /// The absolute difference, computed before rounding.
     pub error: f64,
-    /// The largest error that rounding accounts for.
+    /// The largest error that rounding can cause.
     pub tolerance: f64,
-    /// The kind of state.
+    /// The family of the state.
     pub family: Family,
     /// The state.
     pub inputs: Inputs,
 }
 
 impl Entry {
-    /// error/tolerance, a failure above 1; infinite where the kernel gives no finite number.
+    /// error/tolerance, a failure above 1; infinite if the kernel's value is not finite.
     pub fn ratio(&self) -> f64 {
         ratio(self.error, self.tolerance)
     }
@@ -43,66 +43,66 @@ pub(crate) fn ratio(error: f64, tolerance: f64) -> f64 {
     }
 }
 
-/// A kernel's array against the exact oracle.
+/// The comparison of one output with the exact oracle.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// The array.
+    /// The output.
     pub array: Part,
-    /// How many entries were compared, over all states.
+    /// The number of compared entries, over all states.
     pub entries: usize,
-    /// How many of them were off by more than rounding accounts for.
+    /// The number of entries with an error above the tolerance.
     pub failures: usize,
-    /// Per family the largest error relative to the largest entry of its array, over the states that are resolved;
-    /// `None` where none is.
+    /// For each family, the largest error relative to the largest entry of the array, over resolved states;
+    /// `None` if no state is resolved.
     pub relative: Vec<(Family, Option<f64>)>,
     /// The entry with the largest ratio of error to tolerance.
     pub worst: Option<Entry>,
-    /// States of order one at which rounding leaves at least six digits of the array.
+    /// The number of states of order one at which rounding leaves at least six digits of the array.
     pub sharp: usize,
 }
 
 impl Comparison {
-    /// Nothing compared yet.
+    /// An empty comparison.
     pub(crate) fn new(array: Part) -> Comparison {
         let relative = Family::ALL.map(|family| (family, None)).to_vec();
         Comparison { array, entries: 0, failures: 0, relative, worst: None, sharp: 0 }
     }
 
-    /// The largest relative error in some families, if any state of theirs is resolved.
+    /// The largest relative error in some families; `None` if none of their states is resolved.
     pub fn relative(&self, families: impl Fn(Family) -> bool) -> Option<f64> {
         let errors = self.relative.iter().filter(|(family, _)| families(*family)).filter_map(|(_, x)| *x);
         errors.reduce(f64::max)
     }
 }
 
-/// A kernel's derivatives against differences of its own force, both in doubles.
+/// The comparison of a kernel's derivatives with differences of its own force, in doubles.
 #[derive(Clone, Debug, Default)]
 pub struct Differences {
-    /// Entries that differences confirm.
+    /// Entries confirmed by differences.
     pub agree: usize,
-    /// Entries that differences contradict beyond their noise and truncation.
+    /// Entries that differences contradict by more than noise and truncation.
     pub disagree: usize,
-    /// Entries that noise and truncation hide.
+    /// Entries for which noise or truncation are too large.
     pub unresolved: usize,
-    /// The contradicted entry that is furthest off; `expected` is the difference.
+    /// The contradicted entry with the largest error; `expected` is the difference quotient.
     pub worst: Option<Entry>,
 }
 
-/// What became of an invariant.
+/// The outcome of testing an invariant.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Verdict {
-    /// The function has the symmetry and so has the kernel.
+    /// The function has the symmetry, and the kernel satisfies it.
     Holds,
-    /// The function has the symmetry and the kernel has not.
+    /// The function has the symmetry, and the kernel violates it.
     Violated,
-    /// The function has not the symmetry.
+    /// The function does not have the symmetry.
     NotInvariant,
-    /// The symmetry means nothing for this kind of function.
+    /// The symmetry is not defined for this kind of function.
     NotApplicable,
 }
 
 impl Verdict {
-    /// Its name in reports.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Holds => "holds",
@@ -113,72 +113,72 @@ impl Verdict {
     }
 }
 
-/// One invariant.
+/// The result for one invariant.
 #[derive(Clone, Debug)]
 pub struct Invariant {
-    /// Its name.
+    /// The name in reports.
     pub name: &'static str,
-    /// What became of it.
+    /// The outcome.
     pub verdict: Verdict,
-    /// In which sense, in words; may be empty.
+    /// The sense in which the invariant is tested; may be empty.
     pub detail: String,
-    /// What comes nearest to a violation, or is one.
+    /// The entry that comes closest to a violation, or violates most.
     pub worst: Option<Entry>,
 }
 
-/// One entry of a kernel against the text as it is written.
+/// One entry of a kernel compared with the source as written.
 #[derive(Clone, Debug)]
 pub struct TextEntry {
-    /// Which: `dfdx[a.ry][b.x]`.
+    /// The entry, such as `dfdx[a.ry][b.x]`.
     pub name: String,
-    /// The block it belongs to: `dfdx[a.x .. a.rz][b.x .. b.rz]`.
+    /// The block of the entry, such as `dfdx[a.x .. a.rz][b.x .. b.rz]`.
     pub block: String,
-    /// What the kernel gives.
+    /// The kernel's value.
     pub kernel: f64,
-    /// What the text gives.
+    /// The value of the source as written.
     pub text: f64,
-    /// What the mathematics gives.
+    /// The exact value.
     pub exact: f64,
-    /// The error of the kernel, the largest of the block.
+    /// The error of the kernel, the largest in the block.
     pub error: f64,
-    /// The largest error of the text in the block.
+    /// The largest error of the source in the block.
     pub text_error: f64,
-    /// What is allowed however exact the text is.
+    /// The error that is allowed even if the source is exact.
     pub allowed: f64,
     /// The error of the kernel in units in the last place of the largest entry of the whole output.
     pub units: f64,
-    /// (error − allowed) / text_error, a failure above 4; infinite where the text is finite and the kernel is not.
+    /// (error − allowed) / text_error, a failure above 4; infinite if only the kernel's value is not finite.
     pub ratio: f64,
-    /// The kind of state.
+    /// The family of the state.
     pub family: Family,
     /// The state.
     pub inputs: Inputs,
 }
 
-/// Blocks that break the rule, of one result and one family.
+/// The failing blocks of one output in one family.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Broken {
-    /// How many, over all states.
+    /// The number of failing blocks, over all states.
     pub blocks: usize,
-    /// How many of them for a number that is not finite.
+    /// The number of blocks that fail because an entry is not finite.
     pub lost: usize,
     /// The largest ratio.
     pub ratio: f64,
-    /// The largest error in units in the last place of the largest entry of the whole output: no more than a few where a
-    /// block is small beside the others and its digits are lost in sums with these.
+    /// The largest error in units in the last place of the output's largest entry: small if the block is much
+    /// smaller than the others and loses its digits in sums with them.
     pub units: f64,
 }
 
-/// A kernel as it is printed against the text as it is written, in one precision.
+/// The comparison of a printed kernel with its source as written, in one precision.
 #[derive(Clone, Debug)]
 pub struct TextComparison {
     /// The precision.
     pub precision: Precision,
-    /// States that were compared.
+    /// The number of compared states.
     pub states: usize,
-    /// Blocks that were compared, over all states.
+    /// The number of compared blocks, over all states.
     pub blocks: usize,
-    /// Where the rule is broken.
+    /// The failures per output and family.
     pub broken: BTreeMap<(Part, Family), Broken>,
     /// The block with the largest ratio.
     pub worst: Option<TextEntry>,
@@ -189,7 +189,7 @@ impl TextComparison {
         TextComparison { precision, states: 0, blocks: 0, broken: BTreeMap::new(), worst: None }
     }
 
-    /// Notes a block.
+    /// Records a block.
     pub(crate) fn note(
         &mut self,
         array: Part,
@@ -212,30 +212,29 @@ impl TextComparison {
         }
     }
 
-    /// How many blocks break the rule.
+    /// The number of failing blocks.
     pub fn failures(&self) -> usize {
         self.broken.values().map(|broken| broken.blocks).sum()
     }
 }
 
-/// A place where a function branches, and at how many of the compared states each of its arms was active: what it computes was
-/// part of the force.
+/// A branch of a function, and the number of compared states at which each arm contributed to the force.
 #[derive(Clone, Debug)]
 pub struct Branch {
     /// `if`, `min`, `max`, `abs`, `signum`, or `row 2` of a one-sided constraint.
     pub what: String,
-    /// Its two arms.
+    /// The names of the two arms.
     pub arms: [&'static str; 2],
-    /// At how many states each arm was active.
+    /// The number of states at which each arm was active.
     pub states: [usize; 2],
-    /// Where it is in the source, if that is known.
+    /// The source position, if known.
     pub span: Option<Span>,
-    /// The line it begins in, where the text is known.
+    /// The line on which the branch begins, if the source text is available.
     pub line: Option<usize>,
 }
 
 impl Branch {
-    /// Its name with its line.
+    /// The name with the line.
     pub fn name(&self) -> String {
         match self.line {
             Some(line) => format!("{} in line {line}", self.what),
@@ -249,24 +248,25 @@ impl Branch {
     }
 }
 
-/// The states of one family.
+/// The state counts of one family.
 #[derive(Clone, Copy, Debug)]
 pub struct Coverage {
     /// The family.
     pub family: Family,
-    /// States that were compared.
+    /// The number of compared states.
     pub checked: usize,
-    /// States that were redrawn because a value or derivative does not exist there, or a branch is too near.
+    /// States redrawn because a value or derivative does not exist, or a branch is too near.
     pub singular: usize,
-    /// Of the compared ones, how many had a force that is not zero.
+    /// Compared states with a nonzero force.
     pub active: usize,
-    /// Of the compared ones, at how many rounding may reach the largest entry of an array: agreement says nothing there.
+    /// Compared states at which the tolerance exceeds the largest entry of an array: agreement proves
+    /// nothing.
     pub unresolved: usize,
 }
 
 impl Coverage {
-    /// Whether enough of the family is regular and resolved to speak of it: a tenth. Beside edges a formula may well be
-    /// singular, and arms of branches are counted by themselves.
+    /// Whether at least a tenth of the family's states are regular and resolved. Always true for `Edges`:
+    /// formulas may be singular next to edges, and arms of branches are counted separately.
     pub fn is_covered(&self) -> bool {
         if self.family == Family::Edges {
             return true;
@@ -276,30 +276,30 @@ impl Coverage {
     }
 }
 
-/// All that was found about one kernel.
+/// The results for one kernel.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// The kernel.
+    /// The name of the kernel.
     pub kernel: String,
-    /// What the states were drawn from.
+    /// The seed of the states.
     pub seed: u64,
-    /// The states.
+    /// The states per family.
     pub coverage: Vec<Coverage>,
-    /// The branches, and how often each arm was active.
+    /// The branches, and the number of states at which each arm was active.
     pub branches: Vec<Branch>,
-    /// Whether the author says that some arms are never active.
+    /// Whether the source allows arms that are never active.
     pub uncovered_allowed: bool,
-    /// The exact oracle.
+    /// Comparisons with the exact oracle.
     pub comparisons: Vec<Comparison>,
-    /// Differences in doubles.
+    /// Comparisons with differences in doubles.
     pub differences: Differences,
-    /// The text as it is written, in each precision that is printed.
+    /// Comparisons with the source as written, for each printed precision.
     pub text: Vec<TextComparison>,
-    /// The physics.
+    /// The invariants.
     pub invariants: Vec<Invariant>,
-    /// What keeps the check from saying anything, in words.
+    /// Reasons for which the check proves nothing.
     pub problems: Vec<String>,
-    /// Whether every comparison holds.
+    /// Whether all comparisons pass.
     pub passed: bool,
 }
 
@@ -309,23 +309,23 @@ impl Report {
         self.coverage.iter().filter(|c| !c.is_covered()).map(|c| c.family).collect()
     }
 
-    /// Whether every arm of every branch was active at some state, or the author expects otherwise.
+    /// Whether every arm of every branch was active at some state, or the source allows inactive arms.
     pub fn covers_branches(&self) -> bool {
         self.uncovered_allowed || !self.branches.iter().any(Branch::is_uncovered)
     }
 
-    /// Number of states compared.
+    /// The number of compared states.
     pub fn states(&self) -> usize {
         self.coverage.iter().map(|c| c.checked).sum()
     }
 
-    /// Number of states redrawn.
-    #[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+    /// The number of redrawn states.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn singular(&self) -> usize {
         self.coverage.iter().map(|c| c.singular).sum()
     }
 
-    /// The entry that shows best why the check fails: of the exact oracle, then of the differences, then of the physics.
+    /// The entry that best shows the failure, of the oracle, of the differences, or of the invariants.
     pub fn worst_failure(&self) -> Option<&Entry> {
         let oracle = self.comparisons.iter().filter(|c| c.failures > 0).filter_map(|c| c.worst.as_ref());
         let oracle = oracle.max_by(|a, b| a.ratio().total_cmp(&b.ratio()));

@@ -1,9 +1,9 @@
-//! States on a branch that drawn states miss, and states beside its edge.
+//! Searches for states on arms of branches that drawn states miss, and next to their edges.
 //!
-//! In: a function as it was written, in doubles, and a branch with the side that is wanted. Out: a state there, or none. A
-//! branch is taken where every condition on the way to it holds; from a start the search meets them one after another,
-//! each by steps along the gradient of the difference that decides it, until all hold. Its work is bounded in steps,
-//! and the same start gives the same state. Whether a state is regular, the exact oracle decides.
+//! In: a function as written, evaluated in doubles, and an arm of a branch. Out: a state on the arm, or
+//! `None`. An arm is active if every condition leading to it is satisfied; from a start the search satisfies
+//! these conditions one after another, by steps along the gradient of the compared difference. The number of
+//! steps is bounded, and equal starts give equal states. The exact oracle decides whether a state is regular.
 
 mod wishes;
 
@@ -19,17 +19,17 @@ use crate::verify::source::{Fields, Source, Values, field_bit};
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Steps from one start.
+/// The number of steps from one start.
 const STEPS: usize = 48;
-/// Nodes that may be evaluated for one kernel: about a second.
+/// The number of node evaluations per kernel: about a second.
 const BUDGET: u64 = 20_000_000;
-/// Starts of a search.
+/// The number of starts of a search.
 const STARTS: usize = 12;
 
-/// Shorter and shorter steps that are tried.
+/// The number of times a step is halved.
 const HALVINGS: i32 = 7;
 
-/// Which inputs a search moves.
+/// The inputs that a search moves.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Movable {
     Bodies,
@@ -37,16 +37,16 @@ enum Movable {
     All,
 }
 
-/// What decides between two branches.
+/// A node or row that selects a branch.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) enum Decider {
-    /// A one-sided row: the side is whether it pushes.
+    /// A one-sided row; the side is whether the row pushes.
     Row(usize),
-    /// A node, as [`Source::branches`] names it.
+    /// A node of [`Source::branches`].
     Node(usize),
 }
 
-/// A number that a condition compares.
+/// An operand of a comparison.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Term {
     Number(f64),
@@ -54,7 +54,7 @@ enum Term {
     Component(usize, usize),
 }
 
-/// What the difference of two terms should be.
+/// The wanted relation of two terms.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Want {
     Below,
@@ -63,7 +63,7 @@ enum Want {
     Apart,
 }
 
-/// One comparison and how it should come out.
+/// A comparison with its wanted outcome.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Wish {
     x: Term,
@@ -82,23 +82,23 @@ impl Wish {
     }
 }
 
-/// A state to start from.
+/// A state from which a search starts.
 #[derive(Clone)]
 pub(crate) struct Start {
     pub(crate) values: Vec<f64>,
-    /// What its bodies are apart by.
+    /// The typical distance between the bodies.
     length: f64,
 }
 
-/// Where a difference vanishes: a state, and how the inputs move to change the difference by one.
+/// A state at which a difference vanishes, and the motion of the inputs that changes the difference by one.
 struct Edge {
     values: Vec<f64>,
     way: Vec<f64>,
-    /// How much the difference changes over the scale of the inputs.
+    /// The change of the difference over the scale of the inputs.
     size: f64,
 }
 
-/// The search of one kernel.
+/// The search of states for one kernel.
 pub(crate) struct Search<'d> {
     graph: &'d Graph,
     places: &'d Places,
@@ -111,10 +111,10 @@ pub(crate) struct Search<'d> {
     spent: Cell<u64>,
 }
 
-/// How near each node is to being reached, and from where.
+/// For each node, the distance to a state where its value counts, and the next node on the way.
 struct Routes {
     distance: Vec<f64>,
-    /// The user of a node on the way to it, or the row it is in.
+    /// The user on the way to a node, or the row that contains the node.
     from: Vec<Option<Decider>>,
 }
 
@@ -167,7 +167,7 @@ impl<'d> Search<'d> {
         Search { graph, places, source, rows, roots, unilateral, constraint, starts, spent: Cell::new(0) }
     }
 
-    /// Everything that decides between two branches, rows first, then from the outside in.
+    /// All deciders: rows first, then nodes from the outputs inwards.
     pub(crate) fn deciders(&self) -> Vec<Decider> {
         let mut deciders: Vec<Decider> = Vec::new();
         let mut seen = BTreeSet::new();
@@ -195,7 +195,7 @@ impl<'d> Search<'d> {
         deciders
     }
 
-    /// What a node's value is made of: not what decides it.
+    /// Visits the operands that contribute to a node's value, not its conditions.
     fn values_read(&self, node: &Node, mut read: impl FnMut(usize)) {
         for operand in node.operands().into_iter().map(|operand| operand as usize) {
             if self.graph.node(operand).is_value() {
@@ -221,7 +221,7 @@ impl<'d> Search<'d> {
         self.term(values, wish.x) - self.term(values, wish.y)
     }
 
-    /// How far a wish is from holding: 0 where it does, below 1 else.
+    /// The distance of a wish from being satisfied: 0 if satisfied, at most 1 otherwise.
     fn miss(&self, values: &Values<f64>, wish: &Wish) -> f64 {
         let gap = self.gap(values, wish);
         if wish.holds(gap) {
@@ -232,7 +232,7 @@ impl<'d> Search<'d> {
         if miss.is_nan() { 1.0 } else { 0.1 + 0.9 * miss }
     }
 
-    /// Which inputs may move, and by how much at a time.
+    /// The movable inputs with their step sizes and fields.
     fn weights(&self, start: &Start, movable: Movable) -> Vec<(usize, f64, Fields)> {
         let signature = &self.places.signature;
         let mut weights = Vec::new();
@@ -273,7 +273,8 @@ impl<'d> Search<'d> {
         weights
     }
 
-    /// How the inputs move to change a difference by one, and how much it changes over their weights.
+    /// The motion of the inputs that changes a difference by one, and the difference's change over the
+    /// weights.
     fn way(&self, part: &Part<'d>, start: &Start, wish: &Wish, movable: Movable) -> Option<(Vec<f64>, f64)> {
         let gap = part.gap(&start.values, wish)?;
         let mut way = vec![0.0; start.values.len()];
@@ -284,7 +285,7 @@ impl<'d> Search<'d> {
                 continue;
             }
             let before = moved[at];
-            // Small enough for a slope, large enough for its digits.
+            // Small enough for a slope, large enough to keep digits.
             moved[at] = before + 1e-6 * weight.max(1e-6 * before.abs());
             let step = moved[at] - before;
             let slope = part.gap(&moved, wish).map_or(0.0, |after| (after - gap) / step);
@@ -318,7 +319,8 @@ impl<'d> Search<'d> {
         Part { nodes: source.nodes().count(), source, depends }
     }
 
-    /// A state at which a decider is met and comes out so, or at which everything is regular, from a start.
+    /// A state, searched from a start, that reaches a decider with this side; without target, a regular
+    /// state.
     fn reach(&self, start: &Start, target: Option<(Decider, bool)>, random: &mut Random) -> Option<Start> {
         let mut here = start.clone();
         let mut stuck = 0;
@@ -360,7 +362,7 @@ impl<'d> Search<'d> {
             let tries = (0..HALVINGS).map(|k| self.moved(&here.values, &way, (aim - gap) * 0.5f64.powi(k)));
             match tries.into_iter().find(nearer) {
                 Some(next) => (here.values, stuck) = (next, 0),
-                // What does not bring it nearer with any inputs is left by a jump.
+                // A random jump if no group of inputs brings the state nearer.
                 None if stuck == 2 => {
                     self.kick(&mut here, random);
                     stuck = 0;
@@ -371,7 +373,7 @@ impl<'d> Search<'d> {
         None
     }
 
-    /// A jump where there is no slope to follow.
+    /// Moves all inputs by random amounts.
     fn kick(&self, start: &mut Start, random: &mut Random) {
         let size = random.decades(-2, 2);
         for (at, weight, _) in self.weights(start, Movable::All) {
@@ -380,7 +382,7 @@ impl<'d> Search<'d> {
         project(self.places, &mut start.values);
     }
 
-    /// States at which a decider is met and comes out so, from the starts and from states found before.
+    /// States that reach a decider with this side, searched from the starts and from earlier results.
     pub(crate) fn find(
         &mut self,
         decider: Decider,
@@ -403,7 +405,7 @@ impl<'d> Search<'d> {
             }
             found.extend(self.reach(&self.starts[index], Some((decider, side)), random));
         }
-        // A row that is met at speed need not push; at rest it does.
+        // A row with velocities need not push; at rest it does.
         let mut states: Vec<State> = Vec::new();
         for start in &found {
             if self.unilateral {
@@ -424,7 +426,7 @@ impl<'d> Search<'d> {
         states
     }
 
-    /// The state moved to where every function on its way has a value and a derivative.
+    /// The state moved to where all functions have values and derivatives.
     pub(crate) fn regular(&self, state: &State, random: &mut Random) -> Option<State> {
         let length = self.places.signature.scale.length.unwrap_or(1.0);
         let start = Start { values: state.values.clone(), length: state.scale.min(length) };
@@ -432,7 +434,7 @@ impl<'d> Search<'d> {
         Some(State { values: found.values, scale: state.scale })
     }
 
-    /// States on both sides of where a decider turns, nearer and nearer: from a start that meets it.
+    /// States on both sides of a decider's edge, nearer and nearer, from a start that reaches the decider.
     fn beside(&self, decider: Decider, count: usize, turn: usize) -> Vec<State> {
         for start in self.starts.iter().rev() {
             let values = self.evaluate(&start.values);
@@ -451,7 +453,7 @@ impl<'d> Search<'d> {
         Vec::new()
     }
 
-    /// Where the difference of a wish vanishes, by Newton's steps.
+    /// A zero of a wish's difference, by Newton's method.
     fn edge(&self, start: &Start, wish: &Wish) -> Option<Edge> {
         let part = self.part(wish);
         let mut here = start.clone();
@@ -472,7 +474,7 @@ impl<'d> Search<'d> {
         None
     }
 
-    /// States beside an edge, in turn on either side, at 1e-3 to 1e-12 of the scale.
+    /// States next to an edge, alternating between its sides, at 1e-3 to 1e-12 of the scale.
     fn around(&self, edge: &Edge, length: f64, count: usize, turn: usize) -> Vec<State> {
         let states = (0..count).map(|number| {
             let away = [1e-3, 1e-7, 1e-11, 1e-5, 1e-9, 1e-12][(number / 2 + turn) % 6];
@@ -483,12 +485,12 @@ impl<'d> Search<'d> {
         states.collect()
     }
 
-    /// States beside the edges of deciders and beside zeros, about as many as asked for.
+    /// About `count` states next to edges of deciders and next to zeros.
     pub(crate) fn edges(&self, deciders: &[Decider], count: usize) -> Vec<State> {
         let mut states = self.zeros(count / 2);
         let left = count - states.len().min(count);
         if let Some(each) = left.checked_div(deciders.len()) {
-            // Both sides of each, or of as many as there are states for.
+            // Both sides of each decider, or of as many deciders as there are states for.
             let stride = (2 * deciders.len()).div_ceil(left.max(2));
             for (turn, decider) in deciders.iter().step_by(stride).enumerate() {
                 states.extend(self.beside(*decider, (each & !1).clamp(2, 6), turn));
@@ -497,7 +499,7 @@ impl<'d> Search<'d> {
         states
     }
 
-    /// Every branch, for people, with the states at which its arms were active.
+    /// All branches for a report, with the numbers of states at which their arms were active.
     pub(crate) fn branches(
         &self,
         definition: &Definition,
@@ -529,7 +531,7 @@ impl<'d> Search<'d> {
         self.deciders().into_iter().map(branch).collect()
     }
 
-    /// States beside zeros of norms and of sums with a number, as many as asked for.
+    /// At most `most` states next to zeros of norms and of sums with a constant.
     pub(crate) fn zeros(&self, most: usize) -> Vec<State> {
         let mut states = Vec::new();
         for norms in [true, false] {
@@ -561,7 +563,7 @@ fn term_of(source: &Source<'_, f64>, values: &Values<f64>, term: Term) -> f64 {
     }
 }
 
-/// What one wish needs of the source.
+/// The part of the source that one wish depends on.
 struct Part<'d> {
     source: Source<'d, f64>,
     nodes: usize,

@@ -1,8 +1,8 @@
-//! The evaluation of a vector graph, node by node as it is written, in any numbers.
+//! Evaluates a vector graph node by node, as written, in any number type.
 //!
-//! In: a graph, the nodes that are wanted and a value for every slot. Out: the value of each node. A point that differs
-//! in a few arguments from one already evaluated recomputes only what depends on them, and says whether a condition, or
-//! the choice of a `min`, `max`, `abs` or `signum`, came out differently.
+//! In: a graph, the wanted nodes and a value for every slot. Out: the value of each node. A point that
+//! differs from an evaluated point in a few arguments recomputes only the dependent nodes, and reports
+//! whether a condition, or the side of a `min`, `max`, `abs` or `signum`, changed.
 
 use crate::math::exact::Exact;
 use crate::math::functions::{Function, FunctionDomain};
@@ -12,7 +12,7 @@ use crate::sample::inputs::Places;
 use crate::vector::{Graph, Node, Real};
 use std::cmp::Ordering;
 
-/// What a node is worth.
+/// The value of a node.
 #[derive(Clone, Debug)]
 pub(crate) enum Value<N> {
     Real(N),
@@ -21,7 +21,7 @@ pub(crate) enum Value<N> {
 }
 
 impl<N> Value<N> {
-    /// The number. The graph is typed by construction, so the other cases do not occur.
+    /// The number. Panics for other types, which a typed graph excludes.
     pub(crate) fn real(&self) -> &N {
         match self {
             Value::Real(x) => x,
@@ -29,7 +29,7 @@ impl<N> Value<N> {
         }
     }
 
-    /// The vector.
+    /// The vector. Panics for other types.
     pub(crate) fn vector(&self) -> &[N; 3] {
         match self {
             Value::Vector(v) => v,
@@ -45,10 +45,10 @@ impl<N> Value<N> {
     }
 }
 
-/// Which arguments something depends on: a bit a field of a body, shared where there are more than the bits.
+/// A set of arguments, with one bit per body field; fields share bits if there are more than 128.
 pub(crate) type Fields = u128;
 
-/// The bit of the field that holds a slot.
+/// The bit of the field that contains a slot.
 pub(crate) fn field_bit(layout: &Places, slot: Slot) -> Fields {
     let first = Slot { offset: 0, ..slot };
     1 << (layout.place(first) % 128)
@@ -56,33 +56,32 @@ pub(crate) fn field_bit(layout: &Places, slot: Slot) -> Fields {
 
 struct Step<'g, N> {
     node: &'g Node,
-    /// Where the node stands in the graph.
+    /// The index of the node in the graph.
     index: usize,
     depends: Fields,
-    /// The exact numbers in the node, in order.
+    /// The constants of the node, converted to N, in order.
     numbers: Vec<N>,
 }
 
-/// The wanted part of a graph, ready to be evaluated.
+/// The wanted part of a graph, prepared for evaluation.
 pub(crate) struct Source<'g, N> {
     layout: &'g Places,
     steps: Vec<Step<'g, N>>,
-    /// The steps that are asked for.
+    /// The steps of the wanted nodes.
     wanted: Vec<usize>,
     /// The step of each node of the graph.
     places: Vec<usize>,
 }
 
-/// The values of a source at a point: its own, or those of the point it started from.
+/// The values of a source at a point; values that are not recomputed come from the point before.
 pub(crate) struct Values<'p, N> {
     before: Option<&'p Values<'p, N>>,
     own: Vec<Option<Value<N>>>,
-    /// Whether some choice differs from the point it started from.
+    /// Whether some choice differs from the choice at the point before.
     pub(crate) crossed: bool,
-    /// The steps that stand at the edge of where their function has a derivative, and count: an arm of a condition that
-    /// is not taken does not.
+    /// The contributing steps at the edge of their function's smooth domain; untaken arms do not contribute.
     edges: Vec<usize>,
-    /// Whether an argument of such a step moved.
+    /// Whether an argument of such a step changed.
     pub(crate) at_edge: bool,
 }
 
@@ -95,12 +94,12 @@ impl<N> Values<'_, N> {
         }
     }
 
-    /// Whether some step would have no derivative if its arguments moved.
+    /// Whether some step has no derivative unless its arguments are constant.
     pub(crate) fn has_edges(&self) -> bool {
         !self.edges.is_empty()
     }
 
-    /// Every value that was computed here.
+    /// The values computed at this point.
     pub(crate) fn own(&self) -> impl Iterator<Item = &Value<N>> {
         self.own.iter().flatten()
     }
@@ -116,7 +115,7 @@ fn slots(node: &Node) -> Vec<Slot> {
 }
 
 impl<'g, N: Number> Source<'g, N> {
-    /// The part of a graph that some nodes need.
+    /// The part of a graph that the wanted nodes depend on.
     pub(crate) fn new(graph: &'g Graph, layout: &'g Places, wanted: impl IntoIterator<Item = usize>) -> Self {
         let wanted: Vec<usize> = wanted.into_iter().collect();
         let mut live = vec![false; graph.len()];
@@ -152,7 +151,7 @@ impl<'g, N: Number> Source<'g, N> {
         Source { layout, steps, wanted, places }
     }
 
-    /// About what one evaluation costs, in additions of 320 bits.
+    /// The approximate cost of one evaluation, in 320-bit additions.
     pub(crate) fn cost(&self) -> u64 {
         let cost = |node: &Node| match node {
             Node::Sum(_, terms) => 2 * terms.len() as u64,
@@ -170,19 +169,19 @@ impl<'g, N: Number> Source<'g, N> {
         self.steps.iter().map(|step| cost(step.node)).sum()
     }
 
-    /// The nodes, with their places in the graph: operands before users.
+    /// The nodes with their indices in the graph, operands before users.
     pub(crate) fn nodes(&self) -> impl DoubleEndedIterator<Item = (usize, &'g Node)> {
         self.steps.iter().map(|step| (step.index, step.node))
     }
 
-    /// Which arguments a node depends on.
+    /// The arguments that a node depends on.
     pub(crate) fn depends(&self, node: usize) -> Fields {
         self.steps[self.places[node]].depends
     }
 
-    /// The branches through which these nodes get their values, each with its side: a choice by the truth that decides it,
-    /// with whether that holds; the others by themselves, with whether the argument is below zero, or the first is returned.
-    /// What decides a branch is no part of its value.
+    /// The branches that contribute to the values of some nodes, each with its side: a selection by its
+    /// condition, with the condition's value; other branching nodes by themselves, with whether the argument
+    /// is negative or the first argument is returned. Conditions do not contribute to values.
     pub(crate) fn branches(
         &self,
         values: &Values<N>,
@@ -235,7 +234,7 @@ impl<'g, N: Number> Source<'g, N> {
         self.side(node, values) == Some(wanted)
     }
 
-    /// A node's value at a point.
+    /// The value of a node at a point.
     pub(crate) fn get<'v>(&self, values: &'v Values<'_, N>, node: usize) -> &'v Value<N> {
         values.at(self.places[node])
     }
@@ -256,7 +255,7 @@ impl<'g, N: Number> Source<'g, N> {
         values
     }
 
-    /// Marks the steps that have no derivative where they stand.
+    /// Records the contributing steps that have no derivative at this point.
     pub(crate) fn mark_edges(&self, values: &mut Values<N>) {
         let reached = self.reached(values);
         let steps = self.steps.iter().enumerate().filter(|(index, _)| reached[*index]);
@@ -264,7 +263,7 @@ impl<'g, N: Number> Source<'g, N> {
             steps.filter(|(_, step)| self.is_singular(step.node, values)).map(|(index, _)| index).collect();
     }
 
-    /// All values at a point that differs from another in these fields.
+    /// All values at a point that differs from `before` in the fields `changed`.
     pub(crate) fn update<'p>(
         &self,
         before: &'p Values<'p, N>,
@@ -296,7 +295,7 @@ impl<'g, N: Number> Source<'g, N> {
         values
     }
 
-    /// Which steps the wanted nodes get their values from, untaken arms left out.
+    /// The steps that contribute to the wanted nodes, without untaken arms.
     fn reached(&self, values: &Values<N>) -> Vec<bool> {
         let mut reached = vec![false; self.steps.len()];
         for step in &self.wanted {
@@ -334,8 +333,8 @@ impl<'g, N: Number> Source<'g, N> {
         })
     }
 
-    /// Which side of its switch a comparison or a function of two branches stands on. On the switch itself is a side of its
-    /// own: what moves off it has another derivative on each side, and either is right.
+    /// The side of a comparison or of a function with two branches. `Equal` is a side of its own: derivatives
+    /// on both sides differ, and either is right.
     fn side(&self, node: &Node, values: &Values<N>) -> Option<Ordering> {
         let real = |x: Real| self.get(values, x.index()).real();
         let zero;
@@ -356,7 +355,7 @@ impl<'g, N: Number> Source<'g, N> {
         }
     }
 
-    /// Whether a node stands at the edge of where its derivative exists.
+    /// Whether a node is at the edge of its differentiable domain.
     fn is_singular(&self, node: &Node, values: &Values<N>) -> bool {
         let zero = N::exact(&Exact::ZERO);
         let above = |x: &N, bound: f64| {
@@ -439,7 +438,7 @@ impl<'g, N: Number> Source<'g, N> {
                 let mut product: Option<N> = None;
                 for (x, n) in factors {
                     product = Some(match (product, *n) {
-                        // A quotient is one division.
+                        // x/y is a single division.
                         (Some(product), -1) => product / real!(x),
                         (Some(product), n) => product * power(real!(x), n),
                         (None, n) => power(real!(x), n),

@@ -1,8 +1,8 @@
-//! A scalar program as a list of operations on doubles, with the bound on what rounding does to them.
+//! A scalar program as a list of operations on doubles, with running bounds on their rounding errors.
 //!
-//! In: a program and the outputs that are wanted. Out: their values; or their values with a running error bound, the
-//! first-order analysis of every addition, multiplication, division and call from inputs whose own errors are given.
-//! The bound holds for the additions of a sum and the factors of a product in any order.
+//! In: a program and the wanted outputs. Out: their values, or values with error bounds: a first-order
+//! analysis of every addition, multiplication, division and call, from given errors of the inputs. The bounds
+//! are valid for any order of the terms of a sum and of the factors of a product.
 
 use crate::derive::partials::partial;
 use crate::math::exact::Exact;
@@ -20,7 +20,7 @@ use std::f64::consts::FRAC_PI_2;
 /// Half the distance from 1 to the next double.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// A double and how far it may be from what it stands for.
+/// A double with a bound on its distance to the exact value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounded {
     pub(crate) value: f64,
@@ -32,9 +32,9 @@ pub(crate) struct Bounded {
 struct Pair {
     high: f64,
     low: f64,
-    /// How far it may be from what it stands for.
+    /// A bound on the distance to the exact value.
     error: f64,
-    /// The high is no larger, and the low no larger than its rounding.
+    /// A bound on |high|, such that UNIT · scale bounds |low|.
     scale: f64,
 }
 
@@ -47,13 +47,13 @@ impl Pair {
         self.high + self.low
     }
 
-    /// Rounded once.
+    /// Rounds to a double.
     fn rounded(self) -> Bounded {
         let value = self.value();
         Bounded { value, error: self.error + UNIT * value.abs() }
     }
 
-    /// Σ of these: what each addition loses is exact, only lows are rounded.
+    /// The sum of pairs: the loss of each addition of highs is computed exactly, only lows are rounded.
     fn sum(pairs: &[Pair]) -> Pair {
         let (mut high, mut low, mut error, mut scale) = (0.0f64, 0.0, 0.0, 0.0);
         for pair in pairs {
@@ -65,7 +65,7 @@ impl Pair {
             scale += pair.scale;
         }
         let count = pairs.len() as f64;
-        // Two of them are added in one order, so that what the sum is says how large its parts are.
+        // Two terms are added in one order only, so the result bounds the sizes of its parts.
         scale = if pairs.len() > 2 { scale * (count + 1.0) } else { 2.0 * high.abs().max(low.abs() / UNIT) };
         Pair { high, low, error: error + count * UNIT * UNIT * scale, scale }
     }
@@ -80,7 +80,7 @@ impl Pair {
         Pair { high, low, error: through + 4.0 * UNIT * UNIT * scale + underflow, scale }
     }
 
-    /// The low below the rounding of the high.
+    /// Normalised, so that the low is below the rounding of the high.
     fn normal(self) -> Pair {
         let high = self.high + self.low;
         let second = high - self.high;
@@ -110,9 +110,9 @@ impl Pair {
 
 struct Coefficient {
     value: f64,
-    /// What doubled precision knows beyond the value.
+    /// The part below the value's last digit, for doubled precision.
     low: f64,
-    /// What rounding the coefficient to a double adds, relative to it.
+    /// The relative error of rounding the coefficient to a double.
     inexact: f64,
     is_unit: bool,
 }
@@ -126,12 +126,12 @@ impl Coefficient {
         Coefficient { value, low, inexact, is_unit: exact.is_unit() }
     }
 
-    /// As it stands in a kernel by itself.
+    /// The double that a kernel uses outside of products.
     fn rounded(&self) -> Pair {
         Pair::new(Bounded { value: self.value, error: self.inexact * self.value.abs() })
     }
 
-    /// In doubled precision, as far as a kernel has it in that.
+    /// The pair that a kernel uses in doubled precision.
     fn pair(&self) -> Pair {
         let (size, known) = (self.value.abs(), self.low != 0.0);
         let error = if known { 16.0 * UNIT * UNIT * size } else { self.inexact * size };
@@ -165,26 +165,26 @@ impl Operation {
     }
 }
 
-/// What a program gives in doubles.
+/// The results of running a program in doubles.
 pub(crate) struct Run {
     pub(crate) outputs: Vec<f64>,
-    /// The choices of every condition and function of two branches, hashed.
+    /// A hash of the outcomes of all conditions and branching functions.
     pub(crate) choices: u64,
-    /// What every sine, cosine and tangent was taken of, in radians.
+    /// The arguments of every sine, cosine and tangent, in radians.
     pub(crate) phases: Vec<f64>,
 }
 
-/// The operations that some outputs of a program need.
+/// The operations that the wanted outputs depend on.
 pub(crate) struct Tape {
     operations: Vec<Operation>,
-    /// Which operations are in doubled precision.
+    /// The operations computed in doubled precision.
     doubled: Vec<bool>,
     outputs: Vec<usize>,
     partials: BTreeMap<Function, Partials>,
 }
 
 impl Tape {
-    /// The operations behind these outputs.
+    /// Collects the operations of these outputs.
     pub(crate) fn new(program: &Program, layout: &Places, outputs: &[Id]) -> Tape {
         let mut live = vec![false; program.graph.len()];
         for output in outputs {
@@ -249,7 +249,7 @@ impl Tape {
         tape
     }
 
-    /// The outputs in doubles, and which way the program took to them.
+    /// The outputs in doubles, with the branches taken.
     pub(crate) fn values(&self, inputs: &[f64]) -> Run {
         let mut v: Vec<f64> = Vec::with_capacity(self.operations.len());
         let mut pairs: BTreeMap<usize, Pair> = BTreeMap::new();
@@ -311,10 +311,10 @@ impl Tape {
         Run { outputs: self.outputs.iter().map(|at| v[*at]).collect(), choices, phases }
     }
 
-    /// The outputs with bounds on their errors, from inputs that may be off by this much.
+    /// The outputs with error bounds, for inputs with these errors.
     pub(crate) fn bounds(&self, inputs: &[f64], errors: &[f64]) -> Vec<Bounded> {
         let mut v: Vec<Bounded> = Vec::with_capacity(self.operations.len());
-        // What is in doubled precision, and what it is for those who read it so.
+        // The pairs of doubled operations; `v` contains their rounded values.
         let mut pairs: BTreeMap<usize, Pair> = BTreeMap::new();
         for (index, (operation, doubled)) in self.operations.iter().zip(&self.doubled).enumerate() {
             let mut bounded = if *doubled {
@@ -463,7 +463,7 @@ fn doubled_precision(
     }
 }
 
-/// The angle that a periodic function is taken of.
+/// The phase of a periodic function.
 fn phase(function: Function, x: &[f64]) -> Option<f64> {
     match function {
         Function::Sin | Function::Cos | Function::Tan | Function::Sinc(_) => Some(x[0]),
@@ -472,14 +472,14 @@ fn phase(function: Function, x: &[f64]) -> Option<f64> {
     }
 }
 
-/// How far a function of a period can be off at most when its argument is off by `error`: its ends do not tell once
-/// they are a good part of a period apart. `ends` is what they say.
+/// A bound on the change of a periodic function if its argument changes by `error`. `ends`, the bound from
+/// the ends of the interval, is too small if they are a large part of a period apart.
 fn over_a_period(function: Function, x: &[Bounded], ends: f64) -> f64 {
     let Bounded { value, error } = x[0];
     match function {
         // |f″| ≤ 1 and |f| ≤ 1.
         Function::Sin | Function::Cos => (ends + error * error).min(error).min(2.0),
-        // A pole between the ends.
+        // A pole lies between the ends.
         Function::Tan if error >= FRAC_PI_2 || (value - error).tan() > (value + error).tan() => f64::INFINITY,
         // Every order is largest at zero.
         Function::CosSqrt(n) if (value + error).max(0.0).sqrt() - (value - error).max(0.0).sqrt() > 0.1 => {
@@ -499,7 +499,7 @@ fn holds(comparison: Comparison, x: f64, y: f64) -> bool {
     }
 }
 
-/// Every product and coefficient rounds once; of n additions in any order each rounds by no more than the sum of sizes.
+/// Every product and coefficient rounds once; each of n additions, in any order, by at most the sum of sizes.
 fn sum(constant: &Coefficient, terms: &[(Coefficient, usize)], v: &[Bounded]) -> Bounded {
     let (mut value, mut size) = (constant.value, constant.value.abs());
     let mut error = constant.inexact * size;
@@ -526,7 +526,7 @@ fn multiply(x: Bounded, y: Bounded) -> Bounded {
     Bounded { value, error: through + UNIT * value.abs() + underflow }
 }
 
-/// How far a function's value may be from the true one, relative to it.
+/// The relative error of a function's value.
 fn rounding(function: Function) -> f64 {
     match function {
         Function::CosSqrt(n) | Function::AngleRatio(n) | Function::Sinc(n) => {
@@ -536,7 +536,7 @@ fn rounding(function: Function) -> f64 {
     }
 }
 
-/// The partial derivatives of a function, from its row of the function table.
+/// The partial derivatives of a function of the table.
 struct Partials {
     function: Function,
     layout: Places,
@@ -563,8 +563,8 @@ impl Partials {
         Partials { function, layout: Places::new(&signature), graph, derivatives }
     }
 
-    /// Σ |∂f/∂xₖ| · error of xₖ, the largest over the ends of the intervals that the arguments lie in; of what has a
-    /// period, the largest within them.
+    /// Σ |∂f/∂xₖ| · error of xₖ, the maximum over the ends of the arguments' intervals; for periodic
+    /// functions, the maximum within the intervals.
     fn through(&self, x: &[Bounded]) -> f64 {
         if x.iter().all(|x| x.error == 0.0) {
             return 0.0;
@@ -599,7 +599,7 @@ mod tests {
     use crate::math::number::Arithmetic;
     use crate::sample::states::Random;
 
-    /// How far each function may be off is stated; here it is measured.
+    /// Measures the errors of functions against the stated bounds.
     #[test]
     fn functions_are_as_near_as_stated() {
         let mut random = Random::new(5);

@@ -1,9 +1,9 @@
-//! The author's text, evaluated as it is written in the kernel's own precision, with dual numbers.
+//! Evaluates the source as written, in the kernel's own precision, with dual numbers.
 //!
-//! In: a verbatim definition and a state. Out: every result of a kernel, as somebody gets it who takes dual numbers to the
-//! source: C, E or F operation by operation, J and its derivative from the parts of the dual numbers, λ and the rest by
-//! their definitions. Bodies move as the definition says: x ← x + δx, q ← exp(δθ/2) q. Nothing is shared with derivation
-//! or optimisation. What this evaluation loses to rounding is the measure of what a kernel may lose.
+//! In: a verbatim definition and a state. Out: every output of a kernel, computed as an author would with
+//! dual numbers: C, E or F operation by operation, J and its derivative from the parts of the dual numbers, λ
+//! and the rest by definition. Bodies move by x ← x + δx, q ← exp(δθ/2) q. No code is shared with derivation
+//! or optimisation. The rounding error of this evaluation is the standard for the rounding error of kernels.
 
 use crate::math::number::Comparison;
 use crate::model::bodies::Role;
@@ -14,7 +14,7 @@ use crate::verify::dual::{Dual, Scalar};
 use crate::verify::oracle::{Output, Statement, field_bits};
 use crate::verify::source::{Fields, Source, Values};
 
-/// The source of a kernel, ready to be evaluated in one precision.
+/// The source of a kernel, prepared for evaluation in one precision.
 pub(crate) struct Written<'d, F> {
     places: &'d Places,
     source: Source<'d, Dual<F>>,
@@ -24,26 +24,26 @@ pub(crate) struct Written<'d, F> {
     velocity_bits: Vec<Fields>,
 }
 
-/// The source at one state: rows, and their derivatives.
+/// The source at one state: rows and their derivatives.
 pub(crate) struct Text<'w, 'd, F> {
     written: &'w Written<'d, F>,
     inputs: Vec<F>,
     /// C, E or F.
     rows: Vec<F>,
-    /// Row by row the derivatives along pose coordinates; of a force along velocity coordinates too, below.
+    /// For each row, the derivatives along pose coordinates; `along_velocity` has a force's along velocities.
     jacobian: Vec<Vec<F>>,
     along_velocity: Vec<Vec<F>>,
-    /// Row by row D_j (D_i row), at [i][j].
+    /// D_j (D_i row) at [i][j], for each row.
     second: Vec<Vec<Vec<F>>>,
     multipliers: Vec<F>,
     active: Vec<bool>,
 }
 
-/// What is differentiated.
+/// The quantity that is differentiated.
 enum Of<'m, F> {
     Force,
     Multipliers,
-    /// F, were λ this.
+    /// F with these values for λ.
     Held(&'m [F]),
 }
 
@@ -61,7 +61,7 @@ impl<'d, F: Scalar> Written<'d, F> {
         }
     }
 
-    /// The source at a state; second derivatives are formed where they are wanted.
+    /// Evaluates the source at a state; `second` requests second derivatives.
     pub(crate) fn at(&self, inputs: Vec<F>, second: bool) -> Text<'_, 'd, F> {
         let point: Vec<Dual<F>> = inputs.iter().cloned().map(Dual::constant).collect();
         let values = self.source.evaluate(&point);
@@ -90,7 +90,7 @@ impl<'d, F: Scalar> Written<'d, F> {
         Output::rows(&self.outputs, &self.source, values)
     }
 
-    /// First derivatives alone.
+    /// Computes first derivatives only.
     fn first(&self, text: &mut Text<F>, values: &Values<Dual<F>>, point: &[Dual<F>]) {
         let derivative = |coordinate: &Coordinate, bits: Fields| {
             let mut moved = point.to_vec();
@@ -109,7 +109,7 @@ impl<'d, F: Scalar> Written<'d, F> {
         }
     }
 
-    /// First and second derivatives, a pair of coordinates at a time. Only two turns of one body do not commute.
+    /// Computes first and second derivatives. Only two rotations of one body do not commute.
     fn both(&self, text: &mut Text<F>, values: &Values<Dual<F>>, point: &[Dual<F>]) {
         let pose = &self.places.pose;
         let n = pose.len();
@@ -138,8 +138,8 @@ impl<'d, F: Scalar> Written<'d, F> {
     }
 }
 
-/// Lets a state move along a coordinate, and along a second one before it: what the first derivative is taken of has
-/// moved along the second already, so that two turns of one body are exp(ε₁ e_i/2) exp(ε₂ e_j/2) q.
+/// Seeds the derivatives of a state along a coordinate, or along two, of which the second is applied first:
+/// two rotations of one body are exp(ε₁ e_i/2) exp(ε₂ e_j/2) q.
 fn seed<F: Scalar>(point: &mut [Dual<F>], coordinates: &[&Coordinate]) {
     for (motion, coordinate) in coordinates.iter().enumerate() {
         let field = &mut point[coordinate.start..];
@@ -160,7 +160,7 @@ fn seed<F: Scalar>(point: &mut [Dual<F>], coordinates: &[&Coordinate]) {
     }
 }
 
-/// ½ e q for the unit vector e along an axis, stored x, y, z, w: (u, w) becomes ½ (w e + e × u, −e·u).
+/// ½ e q for the unit vector e of an axis, stored x, y, z, w: (u, w) becomes ½ (w e + e × u, −e·u).
 fn half_turn<F: Scalar>(axis: usize, q: [F; 4]) -> [F; 4] {
     let half = |x: &F| F::of(0.5) * x.clone();
     let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -172,7 +172,7 @@ fn half_turn<F: Scalar>(axis: usize, q: [F; 4]) -> [F; 4] {
     turned
 }
 
-/// Σ x y, from the first term on.
+/// Σ x y, without an initial zero.
 fn inner<F: Scalar>(pairs: impl Iterator<Item = (F, F)>) -> F {
     pairs.map(|(x, y)| x * y).reduce(|sum, x| sum + x).unwrap_or_else(|| F::of(0.0))
 }
@@ -202,7 +202,7 @@ impl<F: Scalar> Text<'_, '_, F> {
         inner(self.jacobian[row].iter().enumerate().map(|(k, x)| (x.clone(), self.velocity(k))))
     }
 
-    /// λ of every row: ks C + kd Ċ, 1 for an energy.
+    /// λ of every row: ks C + kd Ċ; for an energy, 1.
     fn multiply(&mut self) {
         for row in 0..self.rows.len() {
             let (multiplier, active) = match self.written.law {
@@ -220,7 +220,7 @@ impl<F: Scalar> Text<'_, '_, F> {
         }
     }
 
-    /// F, where λ is this.
+    /// F for these multipliers.
     fn force(&self, multipliers: &[F]) -> Vec<F> {
         if self.written.law == Statement::Force {
             return self.rows.clone();
@@ -243,7 +243,7 @@ impl<F: Scalar> Text<'_, '_, F> {
         stiffness * slope + damping * rate
     }
 
-    /// What is differentiated, along every coordinate of the pose or the velocity: row by row.
+    /// The derivatives of the quantity `of` along every coordinate of the pose or the velocity, row by row.
     fn along(&self, of: &Of<F>, pose: bool) -> Vec<Vec<F>> {
         let (n, rows) = (self.freedoms(), self.rows.len());
         if self.written.law == Statement::Force {
@@ -288,7 +288,7 @@ impl<F: Scalar> Text<'_, '_, F> {
         matrix.iter().map(|row| inner(row.iter().cloned().zip(direction.iter().cloned()))).collect()
     }
 
-    /// A result, row by row.
+    /// An output, row by row.
     pub(crate) fn part(&self, part: Part) -> Vec<F> {
         match part {
             Part::Value => self.rows.clone(),
@@ -315,7 +315,7 @@ impl<F: Scalar> Text<'_, '_, F> {
     }
 }
 
-/// Whether a result takes second derivatives of the rows.
+/// Whether an output needs second derivatives of the rows.
 pub(crate) fn is_second(part: Part) -> bool {
     !matches!(
         part,

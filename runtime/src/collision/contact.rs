@@ -2,22 +2,23 @@
 
 use crate::prelude::*;
 
-/// Contact of a ball on `b` with a ball on `a`, either of any radius, zero included: what two solids do at one point where
-/// they touch, a corner on a face for example. A one-sided spring and damper along the normal, and Coulomb friction across
-/// it.
+/// Contact of two balls of any radius, zero included, on bodies `a` and `b`: a point where two solids touch,
+/// for example a corner on a face. A one-sided spring and damper along the normal, with Coulomb friction.
 ///
-/// With gap = n·(xb + qb·arm_b − xa − qa·arm_a) − radius_a − radius_b and v the velocity of `b` against `a` where they touch,
+/// With gap = n·(xb + qb·arm_b − xa − qa·arm_a) − radius_a − radius_b and v the velocity of `b` relative to
+/// `a` at the contact,
 ///
 /// load = −stiffness·gap − damping·n·v, but no less than zero where gap ≥ 0,
 /// F = load·n − max(load, 0) · μ · vₜ / speed on `b` and −F on `a`.
 ///
-/// The load sets in before the bodies touch, where they would do so within the time damping / stiffness; and while they
-/// overlap the damper holds them back too, so that about a state of rest the force is linear, and a step of an implicit
-/// method, which linearises once, finds that state and stays there.
-/// `speed` is the |vₜ| that is expected, which makes it Coulomb's law. It is a parameter since a step that linearises his law
-/// where sliding is slow overshoots and reverses it; this force is linear in vₜ, and a step finds rest.
+/// The load begins before the bodies touch, if they would touch within the time damping / stiffness. While
+/// the bodies overlap, the damper also resists separation, so the force is linear near rest: a linearly
+/// implicit step reaches the state of rest and stays there. `speed` is an estimate of |vₜ|; with the exact
+/// |vₜ| the friction is Coulomb's law. It is a parameter because a step that linearises Coulomb's law
+/// overshoots at low sliding speed and reverses the motion; with a constant `speed` friction is linear in vₜ,
+/// and a step reaches rest.
 ///
-/// Both forces act at one point, so that their torques balance exactly.
+/// Both forces act at the same point, so their torques balance exactly.
 ///
 /// `arm_a`, `arm_b`: the balls' centres in body space, m. `normal`: n, a unit vector from `a` to `b` in the world frame.
 /// `radius_a`, `radius_b`: m. `stiffness`: N/m. `damping`: N·s/m. `friction`: μ. `speed`: m/s.

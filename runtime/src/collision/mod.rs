@@ -1,7 +1,7 @@
 //! Contact between the rigid bodies of a world.
 //!
-//! In go a world and shapes that are fixed to its bodies; before each step [`Collisions::update`] finds which of them touch
-//! and keeps a [`point_contact`](contact::point_contact()) between them at every point where they do:
+//! Before each step of a world, [`Collisions::update`] finds the shapes that touch, and updates the
+//! [`point_contact`](contact::point_contact()) forces between their bodies:
 //!
 //! ```
 //! use forcec_runtime::collision::parry::shape::SharedShape;
@@ -27,11 +27,12 @@
 //! # Ok::<(), forcec_runtime::Error>(())
 //! ```
 //!
-//! Pairs come from a tree of bounding boxes, contact points from [`parry`]. Two shapes that rest are no pair: fixed bodies,
-//! sleepers, and those in quarantine. A sleeper is woken by what touches it. The same calls give the same bits.
+//! Pairs come from a tree of bounding boxes, contact points from [`parry`]. Two shapes at rest, that is
+//! fixed, asleep or quarantined, form no pair. A body that touches a sleeping island wakes it. Results are
+//! deterministic.
 //!
-//! A contact is as stiff as the step allows: the methods that are implicit stay stable, and a penetration is gone after a few
-//! steps, without bouncing.
+//! The step size determines the stiffness of a contact: implicit methods are stable, and a penetration
+//! vanishes within a few steps, without bouncing.
 
 pub mod contact;
 mod narrow;
@@ -49,15 +50,15 @@ pub use parry3d_f64 as parry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// How a shape answers to touch.
+/// The contact properties of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Surface {
-    /// μ; of two that touch the geometric mean counts.
+    /// The coefficient of friction μ; a contact uses the geometric mean of both.
     pub friction: f64,
-    /// Of each contact point, N/m, in series with that of the other surface; none leaves the choice to [`Settings`].
+    /// The stiffness per contact point, N/m, in series with the other surface's; `None` uses [`Settings`].
     pub stiffness: Option<f64>,
-    /// Of each contact point, N·s/m, in series with that of the other surface; none leaves the choice to [`Settings`].
+    /// The damping per contact point, N·s/m, in series with the other surface's; `None` uses [`Settings`].
     pub damping: Option<f64>,
 }
 
@@ -67,18 +68,19 @@ impl Default for Surface {
     }
 }
 
-/// How contacts are made.
+/// The parameters of contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
-    /// Stiffness of a contact point in units of its effective mass / step²: at rest under its own weight a body sinks in by
-    /// gravity · step² / hardness, under a load by as much more. Above ten fast impacts take more steps than one.
+    /// The stiffness of a contact point in units of effective mass / step²: at rest under its own weight a
+    /// body penetrates by gravity · step² / hardness, under a load by proportionally more. Values above ten
+    /// may need several steps per impact.
     pub hardness: f64,
-    /// Damping / stiffness in steps: in a few times as many a penetration is gone.
+    /// Damping / stiffness in units of the step: a penetration vanishes within a few times this many steps.
     pub relaxation: f64,
-    /// Sliding below this is slow, m/s, and friction less than it could be: bodies at rest on a slope creep.
+    /// The speed, m/s, below which friction is reduced: bodies at rest on a slope creep.
     pub slip_speed: f64,
-    /// Points nearer than this are kept in wait, m.
+    /// The gap, m, below which contact forces exist before touching.
     pub margin: f64,
 }
 
@@ -88,45 +90,45 @@ impl Default for Settings {
     }
 }
 
-/// What an update found, and how long it took.
+/// The results and times of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contacts {
-    /// Pairs of shapes whose boxes meet and that do not rest both.
+    /// Pairs of shapes whose boxes overlap, except pairs at rest.
     pub pairs: usize,
-    /// Points of these that have a force.
+    /// Contact points with a force.
     pub points: usize,
-    /// Forces that were added or removed.
+    /// Added and removed forces.
     pub changes: usize,
-    /// The deepest penetration of these, m.
+    /// The deepest penetration, m.
     pub depth: f64,
-    /// Time for finding pairs.
+    /// The time for finding pairs.
     pub broad: Duration,
-    /// Time for finding points.
+    /// The time for finding contact points.
     pub narrow: Duration,
-    /// Time for changing the forces of the world.
+    /// The time for changing the forces of the world.
     pub forces: Duration,
 }
 
-/// A shape that is fixed to a body.
+/// A handle of a shape on a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Collider {
     index: usize,
     generation: u32,
 }
 
-/// A shape, and what is known of its body.
+/// A shape, with the last known state of its body.
 struct Solid {
     body: Body,
     shape: SharedShape,
-    /// Where it is in body space.
+    /// The pose of the shape in body space.
     offset: Pose,
     surface: Surface,
     motion: Motion<f64>,
     state: Rigid,
     pose: Pose,
-    /// How far it may come in the next steps by turning, m.
+    /// The distance that rotation may move the shape within the next steps, m; NaN before the first update.
     turning: f64,
-    /// It does not move, and nothing pushes it.
+    /// Whether the body is at rest: fixed, asleep or quarantined.
     rests: bool,
     quarantined: bool,
 }
@@ -143,18 +145,18 @@ pub struct Collisions {
     tree: Bvh,
     space: BvhWorkspace,
     pairs: BTreeMap<(usize, usize), Pair>,
-    /// Pairs of this update.
+    /// The pairs of this update.
     met: Vec<(usize, usize)>,
 }
 
 impl Collisions {
-    /// Fixes a shape to a rigid body, its origin at the centre of mass. Half-spaces and height fields are for kinematic
-    /// bodies. A body may have several shapes, which do not touch each other.
+    /// Attaches a shape to a rigid body, with the shape's origin at the centre of mass. Half-spaces and
+    /// height fields require kinematic bodies. Several shapes of one body do not collide with each other.
     pub fn add(&mut self, body: Body, shape: SharedShape, surface: Surface) -> Collider {
         self.add_at(body, Pose::identity(), shape, surface)
     }
 
-    /// Fixes a shape to a rigid body, at a place in body space.
+    /// Attaches a shape to a rigid body at a pose in body space.
     pub fn add_at(&mut self, body: Body, offset: Pose, shape: SharedShape, surface: Surface) -> Collider {
         let solid = Solid {
             body,
@@ -177,7 +179,7 @@ impl Collisions {
         Collider { index, generation: self.generations[index] }
     }
 
-    /// Takes a shape from its body. When a body is removed from the world, its shapes go at the next update.
+    /// Removes a shape. The shapes of a removed body disappear at the next update.
     pub fn remove(&mut self, world: &mut World, collider: Collider) -> Result<(), Error> {
         if self.generations.get(collider.index) != Some(&collider.generation) {
             return Err(Error::UnknownHandle);
@@ -186,20 +188,20 @@ impl Collisions {
         Ok(())
     }
 
-    /// Lets two bodies pass through each other, those that a joint ties together for example.
+    /// Disables contacts between two bodies, for example bodies connected by a joint.
     pub fn exclude(&mut self, a: Body, b: Body) {
         self.excluded.insert((a.min(b), a.max(b)));
     }
 
-    /// Lets two bodies touch each other again.
+    /// Enables contacts between two bodies again.
     pub fn include(&mut self, a: Body, b: Body) {
         self.excluded.remove(&(a.min(b), a.max(b)));
     }
 
-    /// Finds contacts, and makes the forces of the world agree with them: those that go on get new parameters, others are
-    /// added or removed. `h`: the step that the world is about to take, s.
+    /// Finds contacts and updates the forces of the world: persisting contacts get new parameters, others are
+    /// added or removed. `h` is the next step of the world, s.
     ///
-    /// Two shapes that no contact is known for are an error.
+    /// Returns an error if two shapes have no contact algorithm.
     pub fn update(&mut self, world: &mut World, h: f64) -> Result<Contacts, Error> {
         if !h.is_finite() {
             return Err(Error::NotFinite("step"));
@@ -219,7 +221,7 @@ impl Collisions {
         Ok(contacts)
     }
 
-    /// Brings shapes to where their bodies are, and finds those whose boxes meet.
+    /// Updates the poses of the shapes, and finds shapes with overlapping boxes.
     fn broad(&mut self, world: &mut World, h: f64) {
         let ahead = narrow::AHEAD * h;
         for index in 0..self.solids.len() {
@@ -266,7 +268,7 @@ impl Collisions {
         met.sort_unstable();
     }
 
-    /// Finds the contact points of all pairs that met.
+    /// Finds the contact points of all pairs.
     fn narrow(&mut self, h: f64, gravity: f64) -> Result<(), Error> {
         for pair in self.pairs.values_mut() {
             pair.met = false;
@@ -288,14 +290,14 @@ impl Collisions {
         pairs.iter_mut().try_for_each(find)
     }
 
-    /// Makes the forces of the world agree with the contact points.
+    /// Updates the forces of the world to the contact points.
     fn apply(&mut self, world: &mut World, contacts: &mut Contacts) -> Result<(), Error> {
         let Collisions { solids, pairs, .. } = self;
         let mut failed = None;
         pairs.retain(|&(a, b), pair| {
             let (Some(a), Some(b)) = (&solids[a], &solids[b]) else { return false };
             if !pair.met {
-                // It stays while both rest.
+                // The contact stays while both bodies are at rest.
                 let stays = a.rests && b.rests;
                 if !stays {
                     contacts.changes += pair.forces.len();
@@ -332,7 +334,7 @@ impl Collisions {
 }
 
 impl Solid {
-    /// Learns where its body is; whether it may have moved since the last time.
+    /// Updates the state of the body; returns whether it changed.
     fn follow(&mut self, world: &World) -> Result<bool, Error> {
         let state = world.rigid(self.body)?;
         let known = !self.turning.is_nan();
@@ -363,12 +365,12 @@ impl Solid {
 }
 
 impl Pair {
-    /// Adds and changes forces; how many were added.
+    /// Adds and changes forces; returns the number of added forces.
     fn apply(&mut self, world: &mut World, bodies: [Body; 2]) -> Result<usize, Error> {
         if self.points.is_empty() {
             return Ok(self.let_go(world));
         }
-        // What has no point any more waits for the next.
+        // Forces without a contact point are kept idle, for later points.
         let idle =
             self.points.last().map(|point| point_contact::Params { stiffness: 0.0, damping: 0.0, ..*point });
         for (at, &force) in self.forces.iter().enumerate() {
@@ -383,14 +385,14 @@ impl Pair {
         Ok(self.forces.len() - before)
     }
 
-    /// Removes its forces; how many there were. Those of a body that was removed went with it.
+    /// Removes all forces; returns their number, without those removed with a body.
     fn let_go(&mut self, world: &mut World) -> usize {
         let gone = self.forces.drain(..).filter(|&force| world.remove_force(force).is_ok());
         gone.count()
     }
 }
 
-/// Changes the parameters of a contact, which by itself wakes nothing.
+/// Changes the parameters of a contact without waking bodies.
 fn tune(world: &mut World, force: Force, params: point_contact::Params) -> Result<(), Error> {
     let (island, batch, at) = world.force_place(force)?;
     let batch = world.islands[island].batches[batch].as_any_mut();
@@ -399,8 +401,8 @@ fn tune(world: &mut World, force: Force, params: point_contact::Params) -> Resul
     Ok(())
 }
 
-/// Mass and inertia of a shape of a density, kg/m³, that is its own body: its centre of mass lies in its origin, and its
-/// principal axes along its own, as those of boxes, balls and capsules do.
+/// Mass and inertia of a body with this shape and density, kg/m³. The shape's centre of mass must be its
+/// origin, and its principal axes the coordinate axes, as for boxes, balls and capsules.
 pub fn motion(shape: &SharedShape, density: f64) -> Motion<f64> {
     let properties = shape.mass_properties(density);
     let moments = properties.principal_inertia();

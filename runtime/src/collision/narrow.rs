@@ -1,7 +1,7 @@
-//! From two shapes to the parameters of their contacts.
+//! Computes the contacts between two shapes.
 //!
-//! In go two solids whose boxes meet; out come the points where they touch or soon will, each as the parameters of a
-//! [`point_contact`]. Round shapes are taken as a core with a radius around it, so that rolling keeps their gap.
+//! In: two solids with overlapping boxes. Out: the parameters of a [`point_contact`] for each point where the
+//! solids touch or soon will. Round shapes are a core with a radius, so rolling does not change their gap.
 
 use super::contact::point_contact;
 use super::{Settings, Solid, Surface};
@@ -12,26 +12,26 @@ use parry3d_f64::query::details::ContactManifoldsWorkspace;
 use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use parry3d_f64::shape::SharedShape;
 
-/// How many steps ahead contacts are looked for.
+/// The number of steps for which contacts are predicted.
 pub(super) const AHEAD: f64 = 2.0;
 
-/// Two shapes that meet.
+/// The contacts between two shapes.
 #[derive(Default)]
 pub(super) struct Pair {
-    /// Each point remembers how fast it slid in the last update.
+    /// Each point stores its sliding speed of the last update.
     manifolds: Vec<ContactManifold<(), Option<f64>>>,
     workspace: Option<ContactManifoldsWorkspace>,
-    /// Their boxes met in this update.
+    /// Whether the boxes overlap in this update.
     pub(super) met: bool,
     pub(super) points: Vec<point_contact::Params>,
     /// The deepest penetration, m.
     pub(super) depth: f64,
-    /// At least as many as points, once these are applied.
+    /// At least as many forces as points, after `apply`.
     pub(super) forces: Vec<Force>,
 }
 
 impl Pair {
-    /// Finds the points where two solids touch, or will within the next steps.
+    /// Finds the points where two solids touch or will touch within the next steps.
     pub(super) fn find(
         &mut self,
         a: &Solid,
@@ -55,11 +55,11 @@ impl Pair {
             .map_err(|_| Error::NoContact)?;
         self.points.clear();
         self.depth = 0.0;
-        // A sleeper is not woken before it is touched.
+        // A sleeping body wakes at touch only.
         let (reach, margin) = if a.rests || b.rests { (h, 0.0) } else { (ahead, settings.margin) };
         let radii = [radius(&a.shape), radius(&b.shape)];
         for manifold in &mut self.manifolds {
-            // A part of a shape of several has a place in it.
+            // The pose of a part in a compound shape.
             let places = [manifold.subshape_pos1(), manifold.subshape_pos2()];
             let [at_a, at_b] = [
                 a.pose * places[0].copied().unwrap_or_default(),
@@ -86,7 +86,8 @@ impl Pair {
                 let mass = (a.mobility(&ra, &normal) + b.mobility(&rb, &normal)).recip();
                 let stiffness = mass * settings.hardness / (h * h);
                 let stiffness = series(&a.surface, &b.surface, |it| it.stiffness).unwrap_or(stiffness);
-                // The damper holds what the spring may have pushed in a step, or gravity takes back; what is faster leaves.
+                // The damper resists only separation that the spring or gravity can cause in a step; faster
+                // separation ends the contact.
                 if mass * rate > (mass * gravity - stiffness * gap.min(0.0)) * h {
                     continue;
                 }
@@ -101,7 +102,7 @@ impl Pair {
                     stiffness,
                     damping: series(&a.surface, &b.surface, |it| it.damping).unwrap_or(damping),
                     friction: (a.surface.friction * b.surface.friction).sqrt(),
-                    // In the middle of the step, as much faster or slower as in the last, but not at once at rest.
+                    // Extrapolated to the middle of the step, limited to half and double the present speed.
                     speed: (1.5 * sliding - 0.5 * last)
                         .clamp(0.5 * sliding, 2.0 * sliding)
                         .max(settings.slip_speed),
@@ -117,7 +118,7 @@ impl Solid {
         self.state.velocity + self.state.angular_velocity.cross(arm)
     }
 
-    /// How much a unit of force along a direction accelerates the point at an arm.
+    /// The acceleration at a point along a direction, per unit force along that direction.
     fn mobility(&self, arm: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
         match self.motion {
             Motion::Kinematic => 0.0,
@@ -129,7 +130,7 @@ impl Solid {
     }
 }
 
-/// What lies around the core of a shape.
+/// The radius around the core of a round shape; zero for other shapes.
 fn radius(shape: &SharedShape) -> f64 {
     match shape.as_ball() {
         Some(ball) => ball.radius,
@@ -137,7 +138,7 @@ fn radius(shape: &SharedShape) -> f64 {
     }
 }
 
-/// What two springs, or two dampers, give in series.
+/// The stiffness or damping of two surfaces in series.
 fn series(a: &Surface, b: &Surface, part: impl Fn(&Surface) -> Option<f64>) -> Option<f64> {
     match (part(a), part(b)) {
         (Some(a), Some(b)) => Some(a * b / (a + b)),

@@ -1,9 +1,8 @@
-//! 3×3 matrices as three vectors, columns or rows, so that what was built from vectors is used as vectors.
+//! 3×3 matrices stored as three vectors, columns or rows, so that a matrix of vectors is used as vectors.
 
 use crate::math::exact::Exact;
 use crate::vector::{Graph, Real, Truth, Vector};
 
-/// A 3×3 matrix.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(crate) struct Matrix3 {
     /// Three columns, or three rows.
@@ -26,12 +25,12 @@ impl Matrix3 {
     }
 }
 
-/// The entry of a row and column.
+/// The entry at a row and column.
 pub(crate) fn entry(g: &mut Graph, m: Matrix3, row: usize, column: usize) -> Real {
     if m.columns { g.component(m.lines[column], row as u8) } else { g.component(m.lines[row], column as u8) }
 }
 
-/// The same matrix as columns or as rows.
+/// The same matrix, stored as columns or as rows.
 pub(crate) fn turned(g: &mut Graph, m: Matrix3, columns: bool) -> Matrix3 {
     if m.columns == columns {
         return m;
@@ -90,7 +89,7 @@ pub(crate) fn times_vector(g: &mut Graph, m: Matrix3, v: Vector) -> Vector {
     }
 }
 
-/// A B: combinations of the lines of A or B where they point the right way, else dot products.
+/// A B; dot products if A is stored as rows and B as columns, else linear combinations of columns or rows.
 pub(crate) fn product(g: &mut Graph, a: Matrix3, b: Matrix3) -> Matrix3 {
     match (a.columns, b.columns) {
         (true, true) => Matrix3::columns(b.lines.map(|column| times_vector(g, a, column))),
@@ -106,13 +105,13 @@ pub(crate) fn product(g: &mut Graph, a: Matrix3, b: Matrix3) -> Matrix3 {
     }
 }
 
-/// det A = a₀·(a₁×a₂), of columns or of rows
+/// det A = a₀·(a₁×a₂) for columns or rows a
 pub(crate) fn determinant(g: &mut Graph, m: Matrix3) -> Real {
     let cross = g.cross(m.lines[1], m.lines[2]);
     g.dot(m.lines[0], cross)
 }
 
-/// A⁻¹ and det A; the rows of the inverse are a₁×a₂, a₂×a₀, a₀×a₁ over the determinant, for columns a.
+/// A⁻¹ and det A. For columns a, the rows of the inverse are a₁×a₂, a₂×a₀, a₀×a₁, each divided by det A.
 pub(crate) fn inverse(g: &mut Graph, m: Matrix3) -> (Matrix3, Real) {
     let determinant = determinant(g, m);
     let lines = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
@@ -140,7 +139,7 @@ pub(crate) fn outer(g: &mut Graph, u: Vector, v: Vector) -> Matrix3 {
     }))
 }
 
-/// if the condition holds A, else B
+/// A if the condition is true, else B
 pub(crate) fn select(g: &mut Graph, condition: Truth, a: Matrix3, b: Matrix3) -> Matrix3 {
     let b = turned(g, b, a.columns);
     Matrix3 { lines: std::array::from_fn(|k| g.vector_select(condition, a.lines[k], b.lines[k])), ..a }

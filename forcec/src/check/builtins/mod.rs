@@ -1,6 +1,6 @@
-//! What can be called without being defined: the form of a row, and how rows are found, listed and hinted at.
+//! Built-in functions and methods: the form of a row of the table, and lookup, listing and suggestions.
 //!
-//! The rows themselves are in [`crate::check::builtins::rows`]: one table for calls, suggestions and the reference.
+//! The rows are in [`crate::check::builtins::rows`]: one table for calls, suggestions and the reference.
 
 pub(crate) mod matrices;
 pub(crate) mod quaternions;
@@ -12,7 +12,7 @@ use crate::check::types::Type;
 use crate::check::values::Value;
 use crate::source::span::Span;
 
-/// Whether a row is called on a type or on a value.
+/// Whether a built-in is called on a type or on a value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Place {
     /// `Vec3::zeros()`
@@ -21,7 +21,7 @@ pub(crate) enum Place {
     Value,
 }
 
-/// The types a row is for, or takes, or returns.
+/// The type of a receiver, argument or result; may depend on the receiver.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Shape {
     /// `Real`
@@ -42,24 +42,24 @@ pub(crate) enum Shape {
     Quat,
     /// A rotation matrix.
     Rotation,
-    /// The type it is called on.
+    /// The type of the receiver.
     Same,
-    /// A vector as long as the matrix it is called on is wide.
+    /// A vector with one entry per column of the receiver.
     Line,
-    /// As many vectors as the matrix has columns.
+    /// An array with one vector per column of the receiver.
     Columns,
-    /// As many transposed vectors as the matrix has rows.
+    /// An array with one transposed vector per row of the receiver.
     Transposed,
     /// `(Real, Real)`
     Pair,
-    /// A matrix as large as the vector is long.
+    /// A square matrix as large as the receiver, a vector.
     Square,
-    /// The transpose of the vector, or the vector of a transpose.
+    /// The transpose of the receiver, a vector or a transposed vector.
     Flipped,
 }
 
 impl Shape {
-    /// Whether a row for this shape is for the type.
+    /// Whether a receiver of this type matches the shape.
     fn covers(self, ty: &Type) -> bool {
         match (self, ty) {
             (Shape::Vectors, Type::Vector(_)) | (Shape::Matrices, Type::Matrix(_)) => true,
@@ -68,12 +68,12 @@ impl Shape {
         }
     }
 
-    /// Whether an argument of this type will do, called on `on`.
+    /// Whether an argument of this type is accepted for the receiver type `on`.
     pub(crate) fn accepts(self, ty: &Type, on: &Type) -> bool {
         ty.agrees(&self.of(on))
     }
 
-    /// The type it is, called on `on`.
+    /// The type if the receiver has type `on`.
     pub(crate) fn of(self, on: &Type) -> Type {
         let n = match on {
             Type::Vector(n) | Type::Row(n) | Type::Matrix(n) => *n,
@@ -100,17 +100,17 @@ impl Shape {
         }
     }
 
-    /// How messages call it.
+    /// The type in messages.
     pub(crate) fn said(self, on: &Type) -> String {
         self.of(on).said()
     }
 
-    /// How it stands in a call that a message spells out.
+    /// The type in a call that a message shows.
     pub(crate) fn written(self, on: &Type) -> String {
         if self == Shape::Small { self.listed().to_owned() } else { self.of(on).to_string() }
     }
 
-    /// How the reference calls it.
+    /// The type in the reference.
     fn listed(self) -> &'static str {
         match self {
             Shape::Real => "Real",
@@ -136,41 +136,41 @@ impl Shape {
     }
 }
 
-/// One row of the table.
+/// One built-in, a row of the table.
 pub(crate) struct Builtin {
     pub(crate) name: &'static str,
     pub(crate) place: Place,
-    /// What it is called on.
+    /// The type of the receiver.
     pub(crate) on: Shape,
     pub(crate) arguments: &'static [Shape],
     pub(crate) result: Shape,
-    /// What it is, for the reference.
+    /// A short description for the reference.
     pub(crate) summary: &'static str,
-    /// The value, from the receiver and the arguments, whose types were checked.
+    /// Computes the value from the receiver and the arguments, whose types were checked.
     pub(crate) apply: fn(&mut Elaborator<'_>, &[Value], Span) -> Value,
 }
 
-/// Every row.
+/// All rows of the table.
 pub(crate) fn all() -> impl Iterator<Item = &'static Builtin> {
     TABLE.into_iter().flatten()
 }
 
-/// The row of that name for a type.
+/// The row with this name for a type.
 pub(crate) fn find(place: Place, name: &str, on: &Type) -> Option<&'static Builtin> {
     all().find(|row| row.place == place && row.name == name && row.on.covers(on))
 }
 
-/// The names there are for a type.
+/// Names of the built-ins for a type.
 pub(crate) fn names(place: Place, on: &Type) -> impl Iterator<Item = &'static str> {
     all().filter(move |row| row.place == place && row.on.covers(on)).map(|row| row.name)
 }
 
-/// How many arguments the method of that name takes, if there is one.
+/// Number of arguments of the method with this name, if there is one.
 pub(crate) fn method_arguments(name: &str) -> Option<usize> {
     all().find(|row| row.place == Place::Value && row.name == name).map(|row| row.arguments.len())
 }
 
-/// What to write instead of methods that Rust or nalgebra have and the force language has not.
+/// What to write instead of a method of Rust or nalgebra that the force language lacks.
 pub(crate) fn instead(name: &str, on: &Type) -> Option<&'static str> {
     Some(match (name, on) {
         ("magnitude" | "length" | "len", Type::Vector(_)) => "write `.norm()`",
@@ -205,8 +205,8 @@ pub(crate) fn instead(name: &str, on: &Type) -> Option<&'static str> {
     })
 }
 
-/// The table as the reference prints it: called on, written as, returns, is.
-#[cfg_attr(not(feature = "internals"), expect(dead_code, reason = "tests use it"))]
+/// The table for the reference: receiver, call, result, description.
+#[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
 pub fn reference() -> Vec<[String; 4]> {
     all()
         .map(|row| {

@@ -1,6 +1,6 @@
-//! Quaternions: kept as a chain of stored ones as long as nobody asks for an entry, so that (p q)·v is p·(q·v).
+//! Quaternions: a product of stored quaternions stays a chain until an entry is read; (p q)·v is p·(q·v).
 //!
-//! Storage order is x, y, z, w; with q = (u, w), q·v = v + 2w (u×v) + 2 u×(u×v). Conventions of angles are nalgebra's.
+//! Storage order is x, y, z, w; with q = (u, w), q·v = v + 2w (u×v) + 2 u×(u×v). Angles are as in nalgebra.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
@@ -8,13 +8,13 @@ use crate::model::bodies::Slot;
 use crate::vector::{Graph, Real, Truth, Vector};
 use std::rc::Rc;
 
-/// Longer chains are multiplied out.
+/// Longer products are multiplied out.
 const LONGEST_CHAIN: usize = 8;
 
-/// A rotation.
+/// A unit quaternion.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(crate) enum Quaternion {
-    /// The product of stored quaternions, each inverted or not; the identity when empty.
+    /// The product of stored quaternions, each with whether it is inverted; the identity if empty.
     Chain(Rc<[(Slot, bool)]>),
     /// x, y, z, w
     Parts([Real; 4]),
@@ -68,7 +68,7 @@ fn conjugate_parts(g: &mut Graph, [x, y, z, w]: [Real; 4]) -> [Real; 4] {
 
 /// (u, w)(v, s) = (w v + s u + u×v, w s − u·v)
 fn hamilton(g: &mut Graph, p: [Real; 4], q: [Real; 4]) -> [Real; 4] {
-    // Rows: the terms of x, y, z, w as sign, entry of p, entry of q, in nalgebra's order.
+    // Row k: sign, entry of p and entry of q for each term of entry k, in nalgebra's order.
     const TERMS: [[(i64, usize, usize); 4]; 4] = [
         [(1, 3, 0), (1, 0, 3), (1, 1, 2), (-1, 2, 1)],
         [(1, 3, 1), (-1, 0, 2), (1, 1, 3), (1, 2, 0)],
@@ -92,7 +92,7 @@ pub(crate) fn product(g: &mut Graph, p: &Quaternion, q: &Quaternion) -> Quaterni
     Quaternion::Parts(hamilton(g, p, q))
 }
 
-/// q⁻¹, for a unit quaternion the conjugate
+/// q⁻¹, the conjugate of a unit quaternion
 pub(crate) fn inverse(g: &mut Graph, q: &Quaternion) -> Quaternion {
     match q {
         Quaternion::Chain(chain) => {
@@ -112,7 +112,7 @@ pub(crate) fn rotate(g: &mut Graph, q: &Quaternion, v: Vector) -> Vector {
             let u = g.pack([*x, *y, *z]);
             let t = g.cross(u, v);
             if !g.simplifies() {
-                // ((2 u×v) w + u×(2 u×v)) + v, as nalgebra has it.
+                // ((2 u×v) w + u×(2 u×v)) + v, in nalgebra's order of operations.
                 let two = g.constant(Exact::from(2));
                 let t = g.scale(two, t);
                 let (wt, ut) = (g.scale(*w, t), g.cross(u, t));
@@ -126,7 +126,7 @@ pub(crate) fn rotate(g: &mut Graph, q: &Quaternion, v: Vector) -> Vector {
     }
 }
 
-/// (sin(|v|/2) v/|v|, cos(|v|/2)), regular at v = 0: with s = |v|²/4, cos √s and its derivative.
+/// (sin(|v|/2) v/|v|, cos(|v|/2)); regular at v = 0, because it uses cos √s and its derivative at s = |v|²/4.
 pub(crate) fn from_scaled_axis(g: &mut Graph, v: Vector) -> Quaternion {
     let square = g.dot(v, v);
     let s = g.scaled(Exact::ratio(1, 4), square);
@@ -138,7 +138,7 @@ pub(crate) fn from_scaled_axis(g: &mut Graph, v: Vector) -> Quaternion {
     Quaternion::Parts([x, y, z, w])
 }
 
-/// The angle in 0…π, 2 atan2(|u|, |w|), and |u|.
+/// The angle 2 atan2(|u|, |w|), from 0 to π, and |u|.
 pub(crate) fn angle(g: &mut Graph, q: &Quaternion) -> (Real, Real) {
     let [x, y, z, w] = parts(g, q);
     let u = g.pack([x, y, z]);
@@ -148,7 +148,7 @@ pub(crate) fn angle(g: &mut Graph, q: &Quaternion) -> (Real, Real) {
     (g.scaled(Exact::from(2), half), sine)
 }
 
-/// Axis times angle: signum(w) 2 atan2(|u|, |w|)/|u| u, regular at u = 0.
+/// Axis times angle, signum(w) 2 atan2(|u|, |w|)/|u| u; regular at u = 0.
 pub(crate) fn scaled_axis(g: &mut Graph, q: &Quaternion) -> Vector {
     let [x, y, z, w] = parts(g, q);
     let u = g.pack([x, y, z]);
@@ -161,7 +161,7 @@ pub(crate) fn scaled_axis(g: &mut Graph, q: &Quaternion) -> Vector {
     g.scale(factor, u)
 }
 
-/// if the condition holds p, else q
+/// p if the condition is true, else q
 pub(crate) fn select(g: &mut Graph, condition: Truth, p: &Quaternion, q: &Quaternion) -> Quaternion {
     if p == q {
         return p.clone();

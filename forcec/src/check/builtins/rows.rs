@@ -1,4 +1,4 @@
-//! Everything that can be called without being defined: one table, a row each.
+//! The table of built-in functions and methods.
 
 use crate::check::builtins::matrices::{self, Matrix3};
 use crate::check::builtins::quaternions::{self, Quaternion};
@@ -13,7 +13,7 @@ use crate::source::span::Span;
 use crate::vector::{Graph, Real};
 use std::rc::Rc;
 
-/// The table, a part for each kind of receiver.
+/// The table, grouped by kind of receiver.
 pub(crate) static TABLE: [&[Builtin]; 7] =
     [REALS, VECTOR_TYPES, VECTORS, MATRIX_TYPES, MATRICES, QUATERNION_TYPES, QUATERNIONS];
 
@@ -37,7 +37,7 @@ use Shape::{
     Transposed, Vector, Vectors,
 };
 
-/// A function of one real, by its row in the table of functions.
+/// Calls a function of the function table and records where it can be singular.
 fn function(e: &mut Elaborator<'_>, f: Function, x: &[Value], span: Span) -> Value {
     let arguments: Vec<Real> = x.iter().map(Value::real).collect();
     match f.row().smooth {
@@ -52,7 +52,7 @@ fn function(e: &mut Elaborator<'_>, f: Function, x: &[Value], span: Span) -> Val
                 None => Some(RiskKind::Call(f)),
                 Some(y) => match y.to_i64() {
                     None => Some(RiskKind::Power(AtZero::of(y))),
-                    // A whole power is defined of negative values too.
+                    // A power with an integer exponent is also defined for negative bases.
                     Some(n) => (n < 0).then_some(RiskKind::NegativePower),
                 },
             };
@@ -71,7 +71,7 @@ macro_rules! f {
     };
 }
 
-/// The functions of reals.
+/// Methods of reals.
 static REALS: &[Builtin] = table![Value:
     R, "abs"() -> R, "absolute value", f!(Abs);
     R, "sqrt"() -> R, "square root", f!(Sqrt);
@@ -108,7 +108,7 @@ static REALS: &[Builtin] = table![Value:
     R, "erfc"() -> R, "1 - erf(x), with all its digits where that is small", f!(Erfc);
     R, "sinc"() -> R, "sin(x) / x, 1 at 0", f!(Sinc (0));
     R, "versine"() -> R, "(1 - cos(x)) / x², ½ at 0", |e, x, _| {
-        // ½ sinc²(x/2), which cancels nowhere.
+        // ½ sinc²(x/2), which has no cancellation.
         let half = e.graph.scaled(Exact::ratio(1, 2), x[0].real());
         let sinc = e.graph.call(Function::Sinc(0), &[half]);
         let square = e.graph.powi(sinc, 2);
@@ -176,7 +176,7 @@ fn zero_vector(e: &mut Elaborator<'_>, n: usize) -> Value {
     Value::Few(vec![zero; n].into())
 }
 
-/// Vectors, made from nothing.
+/// Constructors of vectors.
 static VECTOR_TYPES: &[Builtin] = table![Type:
     Vector(2), "new"(R, R) -> Same, "from its entries", new_vector;
     Vector(3), "new"(R, R, R) -> Same, "from its entries", new_vector;
@@ -226,7 +226,7 @@ fn angle_between(e: &mut Elaborator<'_>, x: &[Value], span: Span) -> Value {
     Value::Real(angle)
 }
 
-/// Vectors.
+/// Methods of vectors.
 static VECTORS: &[Builtin] = table![Value:
     Vectors, "dot"(Same) -> R, "inner product", |e, x, _| Value::Real(dot(&mut e.graph, &x[0], &x[1]));
     Vector(3), "cross"(Same) -> Same, "vector product", |e, x, _| {
@@ -269,7 +269,7 @@ static VECTORS: &[Builtin] = table![Value:
     };
 ];
 
-/// Matrices, made from their parts.
+/// Constructors of matrices.
 static MATRIX_TYPES: &[Builtin] = table![Type:
     Matrix(2), "new"(R, R, R, R) -> Same, "from its entries, row by row", |_, x, _| {
         Value::Matrix2([0, 1, 2, 3].map(|k| x[k].real()))
@@ -338,7 +338,7 @@ fn determinant(g: &mut Graph, m: &Value) -> Real {
     }
 }
 
-/// Matrices.
+/// Methods of matrices.
 static MATRICES: &[Builtin] = table![Value:
     Matrices, "transpose"() -> Same, "rows for columns", |_, x, _| match &x[0] {
         Value::Matrix2([a, b, c, d]) => Value::Matrix2([*a, *c, *b, *d]),
@@ -375,7 +375,7 @@ static MATRICES: &[Builtin] = table![Value:
     });
 ];
 
-/// Quaternions, made from nothing or from an axis.
+/// Constructors of quaternions.
 static QUATERNION_TYPES: &[Builtin] = table![Type:
     Quat, "identity"() -> Same, "no rotation", |_, _, _| Value::Quat(Quaternion::identity());
     Quat, "from_scaled_axis"(Vector(3)) -> Same, "rotation about an axis, by its length", |e, x, _| {
@@ -383,7 +383,7 @@ static QUATERNION_TYPES: &[Builtin] = table![Type:
     };
 ];
 
-/// Quaternions.
+/// Methods of quaternions.
 static QUATERNIONS: &[Builtin] = table![Value:
     Quat, "inverse"() -> Same, "the opposite rotation", |e, x, _| {
         Value::Quat(quaternions::inverse(&mut e.graph, x[0].quat()))

@@ -1,4 +1,4 @@
-//! Where a value, or a derivative, may not exist: what every value can be, and the places that divide by zero there.
+//! Values and derivatives that may not exist: ranges of all values, and expressions that can be singular.
 
 pub(crate) mod ranges;
 pub(crate) mod risks;

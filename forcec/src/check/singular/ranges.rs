@@ -1,18 +1,18 @@
-//! Ranges: between which bounds every real of a graph lies, from what is stated about parameters.
+//! Interval analysis: bounds of every real of a graph, derived from the stated domains of parameters.
 //!
-//! In: a graph. Out: an interval for every node, one loop, operands before users. Promise: the value of a node lies in
-//! its interval wherever it is defined; the bounds are not sharp, and rounding is not counted.
+//! In: a graph. Out: an interval for every node, in one loop, operands before users. Promise: a node's value
+//! lies in its interval wherever the value is defined; the bounds are not tight and ignore rounding.
 
 use crate::math::functions::Function;
 use crate::model::bodies::{Domain, Role, Slot};
 use crate::vector::{Graph, Node, Real, Vector};
 
-/// A closed interval, with or without 0.
+/// A closed interval, possibly without 0.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Interval {
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// 0 is known to be left out, whatever the bounds say.
+    /// Whether 0 is excluded, whatever the bounds are.
     pub(crate) nonzero: bool,
 }
 
@@ -37,7 +37,7 @@ impl Interval {
         self.low <= 0.0 && self.high >= 0.0 && !self.nonzero
     }
 
-    /// What lies in both.
+    /// The intersection.
     pub(crate) fn and(self, other: Interval) -> Interval {
         let interval = Interval::new(self.low.max(other.low), self.high.min(other.high));
         interval.except_zero(self.nonzero || other.nonzero)
@@ -106,7 +106,7 @@ impl Interval {
     }
 }
 
-/// The interval of every node, of vectors that of their length, and of each of their entries.
+/// The interval of every node (for a vector: of its length), and of every entry of a vector.
 pub(crate) struct Ranges {
     reals: Vec<Interval>,
     entries: Vec<Option<[Interval; 3]>>,
@@ -122,7 +122,7 @@ impl Ranges {
     }
 }
 
-/// The ranges of all nodes.
+/// Computes the ranges of all nodes.
 pub(crate) fn analyse(graph: &Graph) -> Ranges {
     let mut ranges =
         Ranges { reals: Vec::with_capacity(graph.len()), entries: Vec::with_capacity(graph.len()) };
@@ -142,7 +142,7 @@ pub(crate) fn analyse(graph: &Graph) -> Ranges {
     ranges
 }
 
-/// What is stated about an entry of an argument.
+/// Stated range of an entry, and whether its argument has unit length.
 fn stated(graph: &Graph, slot: Slot) -> (Interval, bool) {
     let unit = (Interval::new(-1.0, 1.0), true);
     match (graph.signature.role(slot), graph.signature.parameter(slot)) {
@@ -307,7 +307,7 @@ fn call(function: Function, x: &[Interval]) -> Interval {
         Function::Ln1p => x[0].and(Interval::new(-1.0, f64::INFINITY)).monotone(f64::ln_1p),
         Function::ExpM1 => x[0].monotone(f64::exp_m1),
         Function::Sin => cosine(x[0].add(Interval::point(-FRAC_PI_2))).except_zero(
-            // Between 0 and π, or between −π and 0, the ends left out.
+            // Strictly between 0 and π, or strictly between −π and 0.
             x[0].nonzero && (x[0].low >= 0.0 && x[0].high < PI || x[0].low > -PI && x[0].high <= 0.0),
         ),
         Function::Cos => cosine(x[0]),
@@ -354,10 +354,10 @@ fn call(function: Function, x: &[Interval]) -> Interval {
     }
 }
 
-/// Of the cosine over an interval; widened, for its ends are rounded.
+/// The range of the cosine over an interval, widened because the bounds are rounded.
 fn cosine(x: Interval) -> Interval {
     use std::f64::consts::{PI, TAU};
-    // Whether an angle of the form start + 2πk lies within.
+    // Whether an angle start + 2πk lies in the interval.
     let meets = |start: f64| ((x.low - start) / TAU).ceil() * TAU + start <= x.high;
     let wide = !x.low.is_finite() || !x.high.is_finite() || x.high - x.low >= TAU || x.low.abs() > 1e6;
     if wide {

@@ -1,7 +1,7 @@
-//! Places where a formula, or its derivative, can be singular.
+//! Expressions whose value or derivative can be singular.
 //!
-//! In: places noted while elaborating, and the ranges of the finished graph. Out: those, each with a warning, that neither the
-//! stated domains, nor the way they are written, nor the branch they stand in keep away from the singularity.
+//! In: risks recorded during elaboration, and the ranges of the finished graph. Out: a warning for each risk
+//! that neither the stated domains, nor the form of the expression, nor the conditions of its branch exclude.
 
 use crate::check::singular::ranges::{Interval, Ranges};
 use crate::math::exact::Exact;
@@ -12,57 +12,57 @@ use crate::source::span::Span;
 use crate::vector::definition::Singular;
 use crate::vector::{Graph, Node, Real, Truth};
 
-/// A place where a formula can be singular.
+/// An expression that can be singular.
 #[derive(Clone, Debug)]
 pub(crate) struct Risk {
     pub(crate) kind: RiskKind,
-    /// What decides.
+    /// The value that decides.
     pub(crate) operand: Real,
     pub(crate) span: Span,
-    /// Conditions of the branches it stands in, and whether they hold there.
+    /// The conditions of the enclosing branches, each with its truth value in the branch.
     pub(crate) guards: Vec<(Truth, bool)>,
 }
 
-/// What is done with the operand.
+/// The operation that is applied to the operand.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum RiskKind {
-    /// Something is divided by it.
+    /// Division by the operand.
     Division,
-    /// It is raised to a negative power.
+    /// A negative power of the operand.
     NegativePower,
-    /// It is the length that `norm` returns.
+    /// `norm`; the operand is the returned length.
     Norm,
-    /// It is the length that `normalize` divides by.
+    /// `normalize`; the operand is the length that it divides by.
     Normalize,
-    /// It is the determinant that `inverse` divides by.
+    /// `inverse`; the operand is the determinant that it divides by.
     Inverse,
-    /// It is the length of the imaginary part whose angle is taken.
+    /// The angle of a quaternion; the operand is the length of the imaginary part.
     Angle,
-    /// It is the length of the product of two vectors whose angle is taken.
+    /// The angle between two vectors; the operand is the length of their cross product.
     Parallel,
-    /// A function of one argument is applied to it.
+    /// A function of the operand.
     Call(Function),
-    /// It is raised to a number that is not whole.
+    /// A power of the operand with a non-integer exponent.
     Power(AtZero),
-    /// A function of two arguments is applied, not both of which may be zero; it is the sum of their squares.
+    /// A function of two arguments that must not both be zero; the operand is the sum of their squares.
     Pair(Function),
 }
 
-/// What of a power exists where its base is zero: decided by the exponent.
+/// How smooth a power is where its base is zero, depending on the exponent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum AtZero {
-    /// Below 0 nothing.
+    /// No value: exponent below 0.
     Nothing,
-    /// From 0 on the value.
+    /// A value: exponent at least 0.
     Value,
-    /// From 1 on the derivative.
+    /// A derivative: exponent at least 1.
     Slope,
-    /// From 2 on the second derivative.
+    /// A second derivative: exponent at least 2.
     Curvature,
 }
 
 impl AtZero {
-    /// Of a power with this exponent.
+    /// The smoothness of a power with this exponent.
     pub(crate) fn of(exponent: &Exact) -> AtZero {
         match exponent {
             y if y.is_negative() => AtZero::Nothing,
@@ -73,7 +73,7 @@ impl AtZero {
     }
 }
 
-/// The places of a function that deserve a warning.
+/// The risks of a function that deserve a warning.
 pub(crate) fn singular(graph: &Graph, ranges: &Ranges, risks: &[Risk]) -> Vec<Singular> {
     let place = |risk: &Risk| {
         let warning = warning(graph, ranges, risk)?;
@@ -83,7 +83,7 @@ pub(crate) fn singular(graph: &Graph, ranges: &Ranges, risks: &[Risk]) -> Vec<Si
 }
 
 impl RiskKind {
-    /// What the operand is worth where something is singular.
+    /// The values of the operand at which the expression is singular.
     fn ends(self) -> Vec<f64> {
         match self {
             RiskKind::Call(function) => match function.row().domain {
@@ -99,12 +99,12 @@ impl RiskKind {
 fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {
     let range = guarded(graph, ranges, risk);
     if range.low > range.high {
-        // The branches it stands in exclude each other.
+        // The conditions of the enclosing branches exclude each other.
         return None;
     }
     let zero = range.contains_zero();
     let always = zero && range.low == 0.0 && range.high == 0.0;
-    // What is the same at every state has no derivative that could be singular.
+    // A value that is the same at every state has no singular derivative.
     let fixed = graph.value(risk.operand).is_some();
     let domain = "state its range with `#[domain(…)]`";
     let (message, label, help) = match risk.kind {
@@ -186,8 +186,8 @@ fn warning(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Option<Diagnostic> {
     Some(Diagnostic::warning(risk.span, message, label).help(help).lint(Lint::Singular))
 }
 
-/// The warning about a function of one argument, given where it is defined and where it is smooth; and which derivative is
-/// missing elsewhere.
+/// The warning about a function of one argument with these domains of value and derivative; `derivative`
+/// names the missing derivative.
 fn call(
     function: Function,
     [domain, smooth]: [FunctionDomain; 2],
@@ -197,7 +197,7 @@ fn call(
     span: Span,
 ) -> Option<Diagnostic> {
     let row = function.row();
-    // Where no value that the operand may have is in the domain.
+    // Set if no possible value of the operand is in the domain.
     let outside = match domain {
         FunctionDomain::AtLeast(bound) => (range.high < bound).then(|| format!("below {bound}")),
         FunctionDomain::Above(0.0) => (range.high <= 0.0).then(|| "zero or negative".to_owned()),
@@ -266,7 +266,7 @@ fn call(
     Some(Diagnostic::warning(span, message, label).help(help).lint(Lint::Singular))
 }
 
-/// The range of the operand where its guards hold.
+/// The range of the operand where its guards are satisfied.
 fn guarded(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Interval {
     let mut range = ranges.of(risk.operand);
     let (_, operand) = graph.split(risk.operand);
@@ -283,8 +283,8 @@ fn guarded(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Interval {
                     if side == risk.operand {
                         range = range.and(bound);
                     } else if side == operand || is_square_of(graph, side, operand) {
-                        // The operand is a multiple of what is compared, or a length whose square is: only what is
-                        // said about zero carries over.
+                        // The operand is a multiple of the compared value, or a length whose square is
+                        // compared: only the exclusion of zero applies to the operand.
                         range.nonzero |= !ranges.of(side).and(bound).contains_zero();
                     }
                 }
@@ -295,7 +295,7 @@ fn guarded(graph: &Graph, ranges: &Ranges, risk: &Risk) -> Interval {
     range
 }
 
-/// What a comparison says about its left side, or its right side, given the range of the other.
+/// The range that a comparison with this outcome implies for one side, given the range of the other side.
 fn bound(comparison: Comparison, holds: bool, is_left: bool, other: Interval) -> Interval {
     let all = Interval::ALL;
     let below = |strict: bool| {
@@ -323,7 +323,7 @@ fn bound(comparison: Comparison, holds: bool, is_left: bool, other: Interval) ->
     }
 }
 
-/// Whether one is v·v and the other |v|, lets looked through.
+/// Whether `square` is v·v and `length` is |v|, ignoring `let` nodes.
 fn is_square_of(graph: &Graph, square: Real, length: Real) -> bool {
     let look = |mut real: Real| {
         while let Node::Let(inner) = graph.node(real.index()) {

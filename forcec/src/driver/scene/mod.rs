@@ -1,7 +1,8 @@
-//! Scene files: which force functions a program uses, and how.
+//! Scene files: the kernels that a program needs.
 //!
-//! In: a TOML file that names force functions, what is fixed and constant in them, and the integrator that consumes their
-//! kernels. Out: exactly these kernels, compiled, each once; or messages at places in the scene or in its force files.
+//! In: a TOML file that lists force functions, their fixed bodies and constants, and the integrator that uses
+//! the kernels. Out: these kernels, each compiled once; or messages with positions in the scene or a force
+//! file.
 
 mod read;
 
@@ -23,25 +24,25 @@ use crate::vector::definition::Definition;
 use read::{Entry, Stated};
 use std::path::{Path, PathBuf};
 
-/// The kernels of a scene.
+/// A compiled scene.
 #[cfg_attr(
     not(feature = "cli"),
     expect(dead_code, reason = "the command line alone tells what was left out")
 )]
 pub(crate) struct Scene {
-    /// The force files and folders it names.
+    /// The force files and folders of the scene.
     pub(crate) sources: Vec<PathBuf>,
-    /// Where they are written.
+    /// The output folder.
     pub(crate) out: PathBuf,
-    /// What is printed.
+    /// The request that determines the printed files.
     pub(crate) request: Request,
     /// The kernels, by force file.
     pub(crate) units: Vec<Unit>,
-    /// How the full kernel that one stands for is made, in the order of the kernels; none if another one stands for it already.
+    /// The plan of each kernel's full kernel, for comparison; `None` for repeated full kernels.
     pub(crate) full: Vec<Option<Plan>>,
-    /// Functions of the force files of which no kernel is wanted.
+    /// Functions in the force files without a kernel in the scene.
     pub(crate) left_out: Vec<String>,
-    /// How many kernels were asked for more than once.
+    /// The number of duplicate kernels in the scene.
     pub(crate) again: usize,
 }
 
@@ -54,15 +55,15 @@ struct Force {
     full: Vec<Option<Plan>>,
 }
 
-/// Who is told of what goes on.
+/// Callbacks for progress and warnings.
 pub(crate) struct Listener<'a> {
-    /// Before each kernel: its function, and how many kernels there are.
+    /// Called before each kernel with its function and the number of kernels.
     pub(crate) step: &'a mut dyn FnMut(&str, usize),
-    /// For each force file that has some: what deserves a look.
+    /// Called with the warnings of a force file.
     pub(crate) warn: &'a mut dyn FnMut(Diagnostics),
 }
 
-/// Reads a scene, and compiles what it needs.
+/// Reads a scene and compiles its kernels.
 pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene, BuildError> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| BuildError::from(vec![format!("error: cannot read `{}`: {error}", shown(path))]))?;
@@ -118,7 +119,7 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
                 errors.push(Diagnostic::error(place, error.message, "this asks for them").help(help));
                 continue;
             }
-            // What was made already is not made again.
+            // Skips duplicates.
             let own_name = entry.name.as_ref().map(|(own, _)| own.as_str());
             let is_same = |(other, called, own, earlier): &(usize, &str, Option<&str>, Request)| {
                 (*other, *called, *own) == (index, name.as_str(), own_name) && *earlier == request
@@ -191,7 +192,7 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
     Ok(Scene { sources, out: folder.join(&scene.out), request, units, full, left_out, again })
 }
 
-/// Whether kernels of these names and layouts define a name of C both.
+/// Whether kernels with these names and layouts define a common C name.
 fn meet(one: (&str, Layout), other: (&str, Layout)) -> bool {
     let defined = |(name, layout): (&str, Layout)| {
         defined_for(name, &layout.tables()).into_iter().filter(|(target, _)| *target == Target::C)
@@ -199,7 +200,7 @@ fn meet(one: (&str, Layout), other: (&str, Layout)) -> bool {
     one.0 == other.0 || defined(one).any(|item| defined(other).any(|own| own == item))
 }
 
-/// Where what conflicts with a layout is stated: the last such statement of a kernel or its scene.
+/// The position of the option that conflicts with a layout: the first match of `stated`.
 fn conflicting<'s>(request: &Request, mut stated: impl Iterator<Item = &'s Stated>) -> Option<Span> {
     let decides = request.layout.row().computes.is_some() && request.outputs != Part::DEFAULT;
     let found = stated.find(|stated| match stated.choice {
@@ -254,7 +255,7 @@ fn forces(
     if wrong.is_empty() { Ok(forces) } else { Err(wrong) }
 }
 
-/// The force function of this name: its file, and its place there.
+/// The force function with this name: the indices of its file and of its definition.
 fn find(forces: &[Force], name: &str, at: Span, errors: &mut Vec<Diagnostic>) -> Option<(usize, usize)> {
     let all = forces.iter().enumerate().flat_map(|(index, force)| {
         force
@@ -284,7 +285,7 @@ fn find(forces: &[Force], name: &str, at: Span, errors: &mut Vec<Diagnostic>) ->
     None
 }
 
-/// What is known of a function by names that are none of its own, or by values that do not fit.
+/// Errors for specialised names that a function does not have, and for values that do not fit.
 fn misfits(definition: &Definition, stated: &Stated, entry: &Entry) -> Vec<Diagnostic> {
     let Choice::Known(known) = &stated.choice else { return Vec::new() };
     let mut errors = Vec::new();
@@ -313,7 +314,7 @@ fn misfits(definition: &Definition, stated: &Stated, entry: &Entry) -> Vec<Diagn
     errors
 }
 
-/// The bodies or parameters of a function, and what its kernels take beside.
+/// The names of a function's bodies, or of its parameters and its kernels' extra arguments.
 fn names(definition: &Definition, what: &str, entry: &Entry) -> Vec<String> {
     let signature = &definition.graph.signature;
     if what == "body" {
@@ -329,7 +330,7 @@ fn names(definition: &Definition, what: &str, entry: &Entry) -> Vec<String> {
     signature.parameters.iter().map(|parameter| parameter.name.clone()).chain(extras).collect()
 }
 
-/// What of an option of the whole scene fits a function.
+/// The part of a scene-wide option that applies to a function.
 fn fitting(choice: &Choice, definition: &Definition) -> Option<Choice> {
     let Choice::Known(known) = choice else { return Some(choice.clone()) };
     let signature = &definition.graph.signature;
@@ -338,7 +339,7 @@ fn fitting(choice: &Choice, definition: &Definition) -> Option<Choice> {
     Some(Choice::Known(known))
 }
 
-/// An error for each name of an option of the whole scene that no function has.
+/// An error for each name in a scene-wide option that no function has.
 fn nowhere<'d>(
     stated: &Stated,
     definitions: impl Iterator<Item = &'d Definition> + Clone,

@@ -1,4 +1,4 @@
-//! The text of a scene file → what it says, each with its place; or everything that is wrong with it.
+//! Reads the text of a scene file into values with positions, or all errors.
 
 use crate::layout::Layout;
 use crate::model::outputs::Part;
@@ -9,11 +9,11 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What consumes kernels, and the kernels it needs of a force.
+/// An integrator, and the kernels that it needs of a force.
 pub(crate) struct Integrator {
-    /// What a scene calls it.
+    /// The name in scene files.
     pub(crate) name: &'static str,
-    /// Outputs and layout of each kernel; none where the scene names them.
+    /// Outputs and layout of each kernel; empty if the scene specifies them.
     pub(crate) needs: &'static [(&'static [Part], Layout)],
 }
 
@@ -31,32 +31,32 @@ pub(crate) static INTEGRATORS: [Integrator; 7] = [
     Integrator { name: "user", needs: &[] },
 ];
 
-/// An option with its places.
+/// An option with its position.
 #[derive(Clone, Debug)]
 pub(crate) struct Stated {
     pub(crate) choice: Choice,
     pub(crate) span: Span,
-    /// Where each of its values stands.
+    /// The position of each value of the option.
     pub(crate) places: Vec<Span>,
 }
 
-/// One of the kernels of a scene.
+/// One kernel of a scene.
 pub(crate) struct Entry {
     pub(crate) function: (String, Span),
     pub(crate) name: Option<(String, Span)>,
     pub(crate) integrator: &'static Integrator,
-    /// Where the integrator is stated, of the kernel or of the scene.
+    /// The position of the kernel's or the scene's integrator.
     pub(crate) decided: Option<Span>,
     pub(crate) options: Vec<Stated>,
 }
 
-/// What a scene file says.
+/// The contents of a scene file.
 pub(crate) struct Scene {
-    /// Force files and folders, from the folder of the scene.
+    /// Force files and folders, relative to the scene's folder.
     pub(crate) forces: Vec<(String, Span)>,
-    /// Where kernels are written, from the folder of the scene.
+    /// The output folder, relative to the scene's folder.
     pub(crate) out: String,
-    /// What holds for every kernel that it fits.
+    /// Options for every kernel that they apply to.
     pub(crate) options: Vec<Stated>,
     pub(crate) entries: Vec<Entry>,
 }
@@ -69,7 +69,7 @@ pub(crate) fn read(source: &Source) -> Result<Scene, Diagnostics> {
         Diagnostic::error(at, "a scene is a TOML file", error.message())
     });
     let mut reader = Reader { errors: syntax.collect() };
-    // What is left of a text that is no TOML is not worth a message.
+    // After a syntax error, further messages would not help.
     let scene = if reader.errors.is_empty() { reader.scene(table.get_ref()) } else { None };
     match scene {
         Some(scene) if reader.errors.is_empty() => Ok(scene),
@@ -110,7 +110,7 @@ impl Reader {
                 Some(list) if matches!(list.get_ref(), DeValue::Array(list) if list.is_empty()) => {
                     (span(list.span()), "none is named here")
                 }
-                // That no element is a text has been said.
+                // The error about a wrong element has been reported.
                 Some(_) => return None,
             };
             self.wrong(
@@ -203,7 +203,7 @@ impl Reader {
         found.map(|integrator| (integrator, at))
     }
 
-    /// The name of a kernel.
+    /// Reads the name of a kernel.
     fn name(&mut self, value: &Value<'_>) -> Option<(String, Span)> {
         let (name, at) = self.text(value, "a name")?;
         let letters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -216,7 +216,7 @@ impl Reader {
         fits.then_some((name, at))
     }
 
-    /// The options of the table among the keys of one; the others are its own, or wrong.
+    /// Reads the options among a table's keys, except its `own` keys; other keys are errors.
     fn options(&mut self, table: &DeTable<'_>, own: &[&str], elsewhere: &[&str]) -> Vec<Stated> {
         let mut found = Vec::new();
         for (key, value) in table.iter().filter(|(key, _)| !own.contains(&key.get_ref().as_ref())) {
@@ -254,7 +254,7 @@ impl Reader {
                     let mut list = Vec::new();
                     numbers(value.get_ref(), &mut list);
                     let place = span(name.span()).to(span(value.span()));
-                    // Of what is no number the table says what it is not.
+                    // The option's reader reports elements that are not numbers.
                     words.push((format!("{}=[{}]", name.get_ref(), list.join(",")), place));
                 }
                 words
@@ -307,7 +307,7 @@ impl Reader {
         }
     }
 
-    /// A text or a list of them.
+    /// A string or a list of strings.
     fn texts(&mut self, value: &Value<'_>, what: &str) -> Vec<(String, Span)> {
         match value.get_ref() {
             DeValue::Array(list) => list.iter().filter_map(|element| self.text(element, what)).collect(),
@@ -327,7 +327,7 @@ impl Reader {
     }
 }
 
-/// The numbers of a number, or of an array of arrays of them; something that is none for anything else.
+/// The numbers of a number or of nested arrays; for other values the name of the type.
 fn numbers(value: &DeValue<'_>, list: &mut Vec<String>) {
     match value {
         DeValue::Integer(number) if number.radix() == 10 => list.push(number.as_str().to_owned()),

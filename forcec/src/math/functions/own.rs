@@ -1,4 +1,4 @@
-//! Rows of functions whose code is our own: printed beside the kernel where a target lacks them, and run for their value.
+//! Rows of functions with our own code: printed with the kernel where a target lacks the function.
 
 use crate::math::functions::FunctionDomain::{Above, All, AtLeast, Inside};
 use crate::math::functions::{Cost, Function, FunctionRow};
@@ -19,7 +19,7 @@ macro_rules! own {
         )
     };
 }
-/// A function and its derivatives, in the order of the orders.
+/// The rows of a function and its derivatives, by order.
 macro_rules! orders {
     ($function:ident, $name:literal, $domain:expr, $smooth:expr, $c:literal, $rust:literal) => {
         [

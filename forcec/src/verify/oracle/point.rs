@@ -1,7 +1,7 @@
-//! What the exact oracle tells of one state: derivatives of F and of everything that kernels may compute.
+//! The exact oracle at one state: derivatives of F, and all outputs that kernels may compute.
 //!
-//! In: a point, F and what leads to it. Out: difference quotients along its coordinates, columns of matrices, and results by
-//! their names; or that the state says nothing.
+//! In: a point with its rows, λ and F. Out: difference quotients along coordinates, columns of matrices, and
+//! outputs by name; or an error if the state cannot be used.
 
 use crate::model::bodies::Role;
 use crate::model::outputs::Part;
@@ -21,7 +21,7 @@ impl Point<'_, '_> {
         self.force.iter().any(|f| !f.is_zero())
     }
 
-    /// The branches that the force is made of here, each with its side.
+    /// The branches that determine the force here, each with its side.
     pub(crate) fn branches(&self) -> Vec<(Decider, bool)> {
         let oracle = self.oracle;
         let pushes = |row: usize| self.activity.get(row).is_none_or(|side| *side == Ordering::Less);
@@ -46,13 +46,13 @@ impl Point<'_, '_> {
         branches
     }
 
-    /// Whether some formula has no derivative here but for its arguments staying what they are, as in `max(x, 0).sqrt()`.
-    /// The mathematics is regular then; a kernel may give what IEEE arithmetic gives.
+    /// Whether some derivative exists only while arguments are constant, as that of `max(x, 0).sqrt()`. The
+    /// exact derivative exists then; a kernel may return the result of IEEE arithmetic.
     pub(crate) fn has_edges(&self) -> bool {
         self.values.has_edges()
     }
 
-    /// J at inputs whose values and rows are known. `shared` keeps rows for the columns of ∂F/∂X that meet them again.
+    /// J at inputs with known values and rows. `shared` stores rows that later columns of ∂F/∂X need again.
     pub(super) fn jacobian_at(
         &self,
         values: &Values<Big>,
@@ -87,7 +87,7 @@ impl Point<'_, '_> {
         Ok(jacobian)
     }
 
-    /// F, or what else there is, after the pose moved.
+    /// The quantity `of` after the pose moved.
     fn force_at(
         &self,
         of: &Of,
@@ -113,7 +113,7 @@ impl Point<'_, '_> {
         Ok(of.pick(oracle, &jacobian, multipliers))
     }
 
-    /// The same here.
+    /// The quantity `of` at this point.
     fn here(&self, of: &Of) -> Vec<Big> {
         match of {
             Of::Force => self.force.clone(),
@@ -185,7 +185,7 @@ impl Point<'_, '_> {
         self.columns(columns)
     }
 
-    /// A result, row by row.
+    /// An output, row by row.
     pub(crate) fn part(&self, part: Part) -> Result<Vec<Big>, Singular> {
         let stepped = |of: &Of| {
             let h = self.extra("step")[0].clone();
@@ -215,7 +215,7 @@ impl Point<'_, '_> {
             Part::MultiplierStep => stepped(&Of::Multipliers)?,
             Part::Held => {
                 let rows = self.extra("multipliers").iter().zip(&self.multipliers).zip(&self.activity);
-                // A row that does nothing has none.
+                // An inactive row has multiplier zero.
                 let more = rows.map(|((given, own), side)| match side {
                     Ordering::Less => given.clone() - own.clone(),
                     _ => Big::zero(),
@@ -244,8 +244,8 @@ impl Point<'_, '_> {
         }
     }
 
-    /// What a motion of all bodies, a direction of the tangent space, changes: of the rows, of ½ Σ ks C² (with the rows
-    /// that push; of E itself for an energy), or of F as work. Each with the size of its terms.
+    /// The changes under a motion of all bodies along a tangent vector: of the rows, and of ½ Σ ks C² over
+    /// the rows that push; for an energy, of E; for a force, its work. Each with the size of its terms.
     pub(crate) fn work(&self, generator: &[Big]) -> Work {
         let sized = |x: &[Big], y: &[Big]| {
             let terms: Vec<f64> = x.iter().zip(y).map(|(a, b)| (a.to_f64() * b.to_f64()).abs()).collect();
@@ -276,7 +276,7 @@ impl Point<'_, '_> {
         Work { rows, elastic: (elastic.to_f64().abs(), size) }
     }
 
-    /// The same state after a rotation of everything about the origin by the unit quaternion (u, w).
+    /// The state rotated about the origin by the unit quaternion (u, w).
     pub(crate) fn rotated(&self, u: &[Big; 3], w: &Big) -> Vec<Big> {
         let places = self.oracle.places;
         let mut inputs = self.inputs.clone();

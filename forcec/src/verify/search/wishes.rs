@@ -1,7 +1,8 @@
-//! What must hold for an arm of a branch to be active.
+//! Conditions under which an arm of a branch is active.
 //!
-//! In: the values of a source at a point, and an arm. Out: comparisons that must come out so, first those on the way to the
-//! branch, then its own; and those that keep the point where every formula has its derivative.
+//! In: the values of a source at a point, and an arm. Out: comparisons with their required outcomes, first
+//! those that lead to the branch, then the branch's own; and those that keep the point where derivatives
+//! exist.
 
 use crate::math::functions::{Function, FunctionDomain};
 use crate::math::number::Comparison;
@@ -10,7 +11,7 @@ use crate::verify::search::{Decider, Routes, Search, Term, Want, Wish};
 use crate::verify::source::Values;
 
 impl Search<'_> {
-    /// How far each truth is from being false and from being true.
+    /// The distance of each truth from being false and from being true.
     pub(super) fn truths(&self, values: &Values<f64>) -> Vec<[f64; 2]> {
         let mut misses = vec![[0.0; 2]; self.graph.len()];
         for (index, node) in self.source.nodes() {
@@ -36,7 +37,7 @@ impl Search<'_> {
         misses
     }
 
-    /// What a comparison wishes for to come out so.
+    /// The wish that makes a comparison true or false, as `side` says.
     pub(super) fn compared(&self, node: &Node, side: bool) -> Option<Wish> {
         let Node::Compare(comparison, x, y) = node else { return None };
         let want = match (comparison, side) {
@@ -52,7 +53,7 @@ impl Search<'_> {
         Some(Wish { x: term(x.index()), y: term(y.index()), want })
     }
 
-    /// What must hold for a truth to come out so.
+    /// Adds the wishes that give a truth this side.
     pub(super) fn wishes_of(&self, truth: usize, side: bool, misses: &[[f64; 2]], wishes: &mut Vec<Wish>) {
         let mut open = vec![(truth, side)];
         while let Some((truth, side)) = open.pop() {
@@ -73,7 +74,7 @@ impl Search<'_> {
         }
     }
 
-    /// What a decider that is no condition wishes for.
+    /// The wish that gives a decider this side, unless the decider is a condition.
     pub(super) fn wish(&self, decider: Decider, side: bool) -> Option<Wish> {
         let node = match decider {
             Decider::Row(row) => {
@@ -89,7 +90,7 @@ impl Search<'_> {
         Some(Wish { x: Term::Real(x[0].index()), y, want })
     }
 
-    /// The nearest way to each node whose value may count.
+    /// The nearest way to reach each node, such that its value contributes to a row.
     pub(super) fn routes(&self, values: &Values<f64>, misses: &[[f64; 2]]) -> Routes {
         let mut routes =
             Routes { distance: vec![f64::INFINITY; self.graph.len()], from: vec![None; self.graph.len()] };
@@ -121,7 +122,7 @@ impl Search<'_> {
         routes
     }
 
-    /// How far a branching node is from taking its value from an operand, counted among those that are values.
+    /// The distance of a branching node from selecting an operand, counted among its value operands.
     pub(super) fn arm(
         &self,
         index: usize,
@@ -140,7 +141,7 @@ impl Search<'_> {
         }
     }
 
-    /// What must hold for a node's value to count.
+    /// Adds the wishes that make a node's value contribute.
     pub(super) fn wishes_to(
         &self,
         node: usize,
@@ -174,7 +175,7 @@ impl Search<'_> {
         wishes.extend(backwards.into_iter().rev().flatten());
     }
 
-    /// What must hold at a state for a decider to be met, and to come out so.
+    /// The wishes under which a decider is reached, and those that give the decider this side.
     pub(super) fn wishes(
         &self,
         values: &Values<f64>,
@@ -208,7 +209,7 @@ impl Search<'_> {
         (before, own)
     }
 
-    /// What must hold for the functions on the way to have values and derivatives.
+    /// The wishes under which all contributing functions have values and derivatives.
     pub(super) fn domains(&self, values: &Values<f64>) -> Vec<Wish> {
         let mut reached = vec![false; self.graph.len()];
         self.roots.iter().for_each(|root| reached[*root] = true);
