@@ -192,7 +192,7 @@ impl Kernel {
             }
         }
         lines.push(format!(
-            "{freedoms} degrees of freedom; of {outputs} outputs {} are not zero, {} of these distinct up to sign.",
+            "{freedoms} degrees of freedom; {outputs} outputs: {} nonzero, {} distinct up to sign.",
             nonzero, self.schedule.distinct
         ));
         lines.extend(self.packing.iter().flat_map(|packing| &packing.remarks).cloned());

@@ -532,7 +532,9 @@ fn kernels_and_files_have_one_name_each() {
     let message = place.refused("build one meets --out out");
     assert_has(
         &message,
-        &["error: the kernels of `spring_out` and `spring` meet\n --> one/a.rs:2:8\n --> meets"],
+        &[
+            "error: kernels of `spring_out` and `spring` would have the same name\n --> one/a.rs:2:8\n --> meets",
+        ],
     );
     place.succeeds("build one two/c.rs --out out");
     // Two files of one stem.

@@ -124,7 +124,7 @@ fn meetings(functions: &[Function], diagnostics: &mut Vec<Diagnostic>) {
         diagnostics.push(
             Diagnostic::error(
                 kernel.name.span,
-                format!("the kernels of `{name}` and `{first}` meet"),
+                format!("kernels of `{name}` and `{first}` would have the same name"),
                 format!("both define `{item}`"),
             )
             .help("choose another name"),

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub(super) struct Build {
     #[command(flatten)]
     input: Input,
-    /// The folder the kernels are written to; it is made if it is not there
+    /// The folder the kernels are written to; created if it does not exist
     #[arg(long, value_name = "DIR", required_unless_present = "scene")]
     out: Option<PathBuf>,
     #[command(flatten)]

@@ -315,7 +315,7 @@ pub(crate) fn duplicates(units: &[Unit]) -> Vec<String> {
             let what = if name == other {
                 format!("two kernels are named `{name}`")
             } else {
-                format!("the kernels of `{name}` and `{other}` meet")
+                format!("kernels of `{name}` and `{other}` would have the same name")
             };
             errors.push(format!(
                 "error: {what}\n{}\n{}\n  = help: rename one of the functions",

@@ -39,9 +39,12 @@ pub fn function(name: &str, options: TokenStream, item: TokenStream) -> TokenStr
     let read = match syn::parse2::<syn::Item>(item.clone()) {
         Ok(syn::Item::Fn(function)) => function,
         Ok(other) => {
-            let message =
-                Diagnostic::error(Span::default(), format!("`#[{name}]` marks a function"), "this is none")
-                    .help("write it above `fn`; a module of force functions is marked `#[forces]`");
+            let message = Diagnostic::error(
+                Span::default(),
+                format!("`#[{name}]` applies to functions"),
+                "not a function",
+            )
+            .help("write it above `fn`; a module of force functions is marked `#[forces]`");
             return complaint(&message, first(&other), first(&other)).into_iter().chain(item).collect();
         }
         Err(error) => return error.to_compile_error().into_iter().chain(item).collect(),
@@ -91,8 +94,8 @@ pub fn module(options: TokenStream, item: TokenStream) -> TokenStream {
         Ok(other) => {
             let message = Diagnostic::error(
                 Span::default(),
-                "`#[forces]` marks a module of force functions",
-                "this is none",
+                "`#[forces]` applies to modules of force functions",
+                "not a module",
             )
             .help("write `#[forces] mod joints { … }`; for one function write `#[constraint]`, `#[energy]` or `#[force]`");
             return complaint(&message, first(&other), first(&other)).into_iter().chain(item).collect();
@@ -139,7 +142,7 @@ pub fn file(input: TokenStream) -> TokenStream {
     };
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     if !is_module(&stem) {
-        let label = format!("`{stem}` is no name of a module");
+        let label = format!("`{stem}` is not a valid module name");
         return failed("a force file names a module", label, "rename the file");
     }
     let name = format_ident!("{stem}");

@@ -199,7 +199,7 @@ pub static OPTIONS: [OptionRow; 11] = [
             found.map(|(_, effort)| Choice::Effort(*effort))
         },
         example: "effort = max",
-        summary: "How long to look for fewer operations",
+        summary: "Optimization effort",
     },
     OptionRow {
         name: "mode",
@@ -208,7 +208,7 @@ pub static OPTIONS: [OptionRow; 11] = [
         values: || Mode::ALL.iter().map(|(name, ..)| *name).collect(),
         read: |words| Mode::named(words[0]).map(Choice::Mode),
         example: "mode = fast",
-        summary: "What kernels may do to rounding",
+        summary: "Floating-point mode",
     },
     OptionRow {
         name: "fma",
@@ -235,7 +235,7 @@ pub static OPTIONS: [OptionRow; 11] = [
         values: || crate::layout::LAYOUTS.iter().map(|row| row.name).collect(),
         read: |words| Layout::named(words[0]).map(Choice::Layout),
         example: "layout = packed",
-        summary: "Where results stand",
+        summary: "Output layout",
     },
     OptionRow {
         name: "lanes",

@@ -232,9 +232,9 @@ fn lexical_error(text: &str, error: &LexError) -> Diagnostic {
                 }
                 Some(open) => {
                     let label = format!("`{}` on line {} is open here", &text[open..=open], line(open));
-                    diagnostic(format!("`{bracket}` closes nothing"), &label)
+                    diagnostic(format!("unmatched `{bracket}`"), &label)
                 }
-                None => diagnostic(format!("`{bracket}` closes nothing"), "no bracket is open here"),
+                None => diagnostic(format!("unmatched `{bracket}`"), "no bracket is open here"),
             }
         }
         Some('"') => diagnostic("the quotation mark is never closed".to_owned(), "text begins here"),

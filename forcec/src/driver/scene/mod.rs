@@ -150,7 +150,7 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
                 Some((_, other, _)) => {
                     let message = match *other == title {
                         true => format!("two kernels are named `{title}`"),
-                        false => format!("the kernels of `{other}` and `{title}` meet"),
+                        false => format!("kernels of `{other}` and `{title}` would have the same name"),
                     };
                     let help = match entry.name {
                         Some(_) => "give one of them another name",

@@ -211,7 +211,12 @@ impl Reader {
             letters && name.starts_with(|c: char| c.is_ascii_alphabetic()) && !name.starts_with("forcec_");
         if !fits {
             let help = "write ASCII letters, digits and `_`, a letter first; `forcec_` is ours";
-            self.wrong(at, format!("`{name}` is no name of a kernel"), "C and Rust cannot write it", help);
+            self.wrong(
+                at,
+                format!("`{name}` is not a valid kernel name"),
+                "C and Rust cannot write it",
+                help,
+            );
         }
         fits.then_some((name, at))
     }
@@ -322,7 +327,7 @@ impl Reader {
         }
         let kind = value.get_ref().type_str();
         let article = if kind.starts_with(['a', 'i']) { "an" } else { "a" };
-        self.wrong(at, format!("{article} {kind} where a text belongs"), what, "put it in quotes");
+        self.wrong(at, format!("expected a string, found {article} {kind}"), what, "put it in quotes");
         None
     }
 }

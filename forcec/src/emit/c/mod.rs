@@ -29,7 +29,7 @@ const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
 /// Keeps the parts of long kernels apart: compilers would put functions that are called once together again.
 const APART: &str = "
-/* Before a part of a long kernel: compilers take much longer for the whole in one. */
+/* Long kernels are split into parts because compile time grows faster than linearly. */
 #if defined(__GNUC__)
 #define FORCEC_APART __attribute__((noinline))
 #elif defined(_MSC_VER)
