@@ -34,41 +34,32 @@
 #[cfg(feature = "collision")]
 extern crate self as forcec_runtime;
 
-mod alpha;
-mod assemble;
-mod batch;
-mod block;
-pub mod bodies;
 #[cfg(feature = "collision")]
 pub mod collision;
-mod control;
 pub mod error;
-pub mod functions;
 mod island;
-mod iterative;
 pub mod kernel;
-mod methods;
-mod partition;
 pub mod prelude;
 pub mod prelude_f32;
 mod report;
-#[cfg(feature = "serde")]
-mod save;
 mod settings;
-mod sparse;
-mod store;
+mod state;
+mod step;
+mod system;
 pub mod world;
 
-pub use bodies::{Particle, ParticleF32, Rigid, RigidF32, Wrench};
 pub use error::Error;
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
-pub use iterative::Solver;
+pub use kernel::bodies::{Particle, ParticleF32, Rigid, RigidF32, Wrench};
 pub use kernel::{Bodies, BodyKind, Kernel, Linear, Measure, Numbers, Parameters};
-pub use methods::Integrator;
+pub use kernel::{bodies, functions};
 pub use nalgebra;
 pub use report::Report;
-#[cfg(feature = "serde")]
-pub use save::{Kernels, Saved};
 pub use settings::{Decoupling, Settings, Sleep};
-pub use world::{Body, Force, Motion, World};
+pub use state::Motion;
+pub use step::Integrator;
+pub use system::iterative::Solver;
+#[cfg(feature = "serde")]
+pub use world::save::{Kernels, Saved};
+pub use world::{Body, Force, World};

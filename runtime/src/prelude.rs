@@ -1,7 +1,7 @@
 //! The names used in force functions, in double precision: `use forcec_runtime::prelude::*`.
 
-pub use crate::bodies::{Particle, Rigid, Wrench};
-pub use crate::functions::{AngleBetween, Inverse, Outer, RealFunctions};
+pub use crate::kernel::bodies::{Particle, Rigid, Wrench};
+pub use crate::kernel::functions::{AngleBetween, Inverse, Outer, RealFunctions};
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
 pub use std::f64::consts::PI;

@@ -1,7 +1,7 @@
 //! The names used in force functions, in single precision: `use forcec_runtime::prelude_f32::*`.
 
-pub use crate::bodies::{ParticleF32 as Particle, RigidF32 as Rigid};
-pub use crate::functions::{AngleBetween, Inverse, Outer, RealFunctions};
+pub use crate::kernel::bodies::{ParticleF32 as Particle, RigidF32 as Rigid};
+pub use crate::kernel::functions::{AngleBetween, Inverse, Outer, RealFunctions};
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
 pub use std::f32::consts::PI;
@@ -21,4 +21,4 @@ pub type Mat3 = nalgebra::Matrix3<Real>;
 /// A rotation as a unit quaternion.
 pub type Quat = nalgebra::UnitQuaternion<Real>;
 /// A force and a torque about the centre of mass, in the world frame.
-pub type Wrench = crate::bodies::Wrench<Real>;
+pub type Wrench = crate::kernel::bodies::Wrench<Real>;

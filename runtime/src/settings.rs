@@ -1,7 +1,7 @@
 //! The settings of steps.
 
-use crate::iterative::Solver;
-use crate::methods::Integrator;
+use crate::step::Integrator;
+use crate::system::iterative::Solver;
 use nalgebra::{RealField, convert};
 
 /// The methods and tolerances of steps.

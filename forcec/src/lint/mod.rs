@@ -10,8 +10,7 @@ mod pendulum;
 mod text;
 
 #[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
-pub use crate::lint::pendulum::STIFFNESS;
-pub use crate::lint::pendulum::{DAMPING, Steps};
+pub use crate::lint::pendulum::{DAMPING, STIFFNESS, Steps};
 pub use approach::{Approach, Growth};
 #[cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "tests use it"))]
 pub use measure::STEP;

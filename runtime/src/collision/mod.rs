@@ -38,7 +38,8 @@ pub mod contact;
 mod narrow;
 
 use crate::island::Life;
-use crate::world::{Body, Force, Motion, Place, World};
+use crate::state::Motion;
+use crate::world::{Body, Force, Place, World};
 use crate::{Error, Rigid};
 use contact::point_contact;
 use narrow::Pair;
@@ -396,7 +397,7 @@ impl Pair {
 fn tune(world: &mut World, force: Force, params: point_contact::Params) -> Result<(), Error> {
     let (island, batch, at) = world.force_place(force)?;
     let batch = world.islands[island].batches[batch].as_any_mut();
-    let batch = batch.downcast_mut::<crate::batch::Forces<point_contact::Output>>();
+    let batch = batch.downcast_mut::<crate::system::batch::Forces<point_contact::Output>>();
     batch.ok_or(Error::UnknownHandle)?.params[at] = params;
     Ok(())
 }

@@ -3,10 +3,11 @@
 //! In: two solids with overlapping boxes. Out: the parameters of a [`point_contact`] for each point where the
 //! solids touch or soon will. Round shapes are a core with a radius, so rolling does not change their gap.
 
-use super::contact::point_contact;
-use super::{Settings, Solid, Surface};
+use crate::collision::contact::point_contact;
+use crate::collision::{Settings, Solid, Surface};
 use crate::error::Error;
-use crate::world::{Force, Motion};
+use crate::state::Motion;
+use crate::world::Force;
 use nalgebra::Vector3;
 use parry3d_f64::query::details::ContactManifoldsWorkspace;
 use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};

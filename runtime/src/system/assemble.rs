@@ -3,11 +3,11 @@
 //! In: bodies and the results of kernels. Out: f; on request M − hγ D − s K in blocks, K separately, and K v.
 //! Kernels compute only what these need. After a failed step, a guard limits the derivatives of each force.
 
-use crate::block::Block;
-use crate::bodies::Rigid;
+use crate::kernel::bodies::Rigid;
 use crate::kernel::{Bodies, BodyKind, Kernel};
-use crate::sparse::System;
-use crate::store::Store;
+use crate::state::Store;
+use crate::system::block::Block;
+use crate::system::sparse::System;
 use nalgebra::{DMatrix, Matrix3, RealField, SVector, Vector3, Vector6, convert};
 
 /// The modification of forces whose exact derivatives failed.

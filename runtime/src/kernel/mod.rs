@@ -2,7 +2,10 @@
 //!
 //! The `Output` of a kernel implements [`Kernel`]. A kernel reads bodies in place, from arrays by index.
 
-use crate::bodies::{Particle, Rigid};
+pub mod bodies;
+pub mod functions;
+
+use crate::kernel::bodies::{Particle, Rigid};
 use nalgebra::RealField;
 
 /// A body type.

@@ -3,8 +3,8 @@
 use crate::Rigid;
 use crate::island::{Island, Life};
 use crate::kernel::BodyKind;
-use crate::store::Member;
-use crate::world::{Body, Frame, Motion, Place, World};
+use crate::state::{Member, Motion};
+use crate::world::{Body, Frame, Place, World};
 use nalgebra::{RealField, Vector3, convert};
 
 impl<R: RealField + Copy> World<R> {

@@ -1,9 +1,19 @@
 //! The bodies of an island, in arrays that kernels read in place.
 
-use crate::bodies::{Particle, Rigid};
+use crate::kernel::bodies::{Particle, Rigid};
 use crate::kernel::{Bodies, BodyKind};
-use crate::world::Motion;
 use nalgebra::{Quaternion, RealField, UnitQuaternion, Vector3, Vector6, convert};
+
+/// The response of a body to forces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Motion<R: RealField> {
+    /// Moves under forces, with mass, kg, and principal moments of inertia along the axes of body space,
+    /// kg·m²; particles ignore the moments.
+    Dynamic(R, Vector3<R>),
+    /// Moves at its velocity, whatever forces act; a fixed body has velocity zero.
+    Kinematic,
+}
 
 /// The data of a body, without its state.
 #[derive(Clone, Debug)]
@@ -177,4 +187,8 @@ fn exp<R: RealField + Copy>(turn: &Vector3<R>) -> UnitQuaternion<R> {
     let cosine = series([1.0, 0.5, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40_320.0, 1.0 / 3_628_800.0]);
     let axis = turn * (sine * number(0.5));
     UnitQuaternion::new_unchecked(Quaternion::new(cosine, axis.x, axis.y, axis.z))
+}
+
+pub(crate) fn as_f64<R: RealField + Copy>(x: R) -> f64 {
+    x.to_subset_unchecked()
 }

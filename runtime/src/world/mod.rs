@@ -4,14 +4,18 @@
 //! stay valid when other bodies or forces are removed. A world divides bodies into islands, which are stepped
 //! independently: see [`Settings`] for the method and [`Report`] for the results.
 
-use crate::batch::Forces;
-use crate::control::as_f64;
+mod partition;
+#[cfg(feature = "serde")]
+pub(crate) mod save;
+
 use crate::error::Error;
 use crate::island::{Island, Life};
 use crate::kernel::{BodyKind, Kernel, Parameters};
 use crate::report::Report;
 use crate::settings::Settings;
-use crate::store::{Member, as_particle, as_rigid, moved};
+use crate::state::Motion;
+use crate::state::{Member, as_f64, as_particle, as_rigid, moved};
+use crate::system::batch::Forces;
 use crate::{Particle, Rigid, Wrench};
 use nalgebra::{RealField, Vector3, Vector6, convert};
 
@@ -30,17 +34,6 @@ pub struct Body {
 pub struct Force {
     entry: usize,
     generation: u32,
-}
-
-/// The response of a body to forces.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Motion<R: RealField> {
-    /// Moves under forces, with mass, kg, and principal moments of inertia along the axes of body space,
-    /// kg·m²; particles ignore the moments.
-    Dynamic(R, Vector3<R>),
-    /// Moves at its velocity, whatever forces act; a fixed body has velocity zero.
-    Kinematic,
 }
 
 /// An entry in a table of handles.

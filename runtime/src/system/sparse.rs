@@ -4,9 +4,9 @@
 //! nodes grouped in levels, and storage for the matrix and its fill, reused while the pairs stay the same. A
 //! tree has no fill, and a solve costs O(n). The pattern is symmetric, the blocks need not be. Nodes are
 //! renumbered in elimination order. Diagonal blocks are factored without pivoting; the caller checks the
-//! residual. [`iterative`](crate::iterative) contains other solvers.
+//! residual. [`iterative`](crate::system::iterative) contains other solvers.
 
-use crate::block::Block;
+use crate::system::block::Block;
 use nalgebra::{RealField, SVector};
 use std::collections::BTreeSet;
 

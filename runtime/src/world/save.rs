@@ -3,12 +3,12 @@
 //! A saved world contains everything that a step depends on, in order, so a loaded world continues bit for
 //! bit. Forces are saved with the names of their kernels; `load` requires a list of these kernels.
 
-use crate::batch::{Batch, Forces};
 use crate::error::Error;
 use crate::island::{Control, Island, Life};
 use crate::kernel::{BodyKind, Kernel};
 use crate::settings::Settings;
-use crate::store::Store;
+use crate::state::Store;
+use crate::system::batch::{Batch, Forces};
 use crate::world::{Entry, Frame, Place, World};
 use nalgebra::{RealField, Vector3};
 use serde::{Deserialize, Serialize};

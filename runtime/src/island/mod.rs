@@ -4,16 +4,16 @@
 //! between them, and the system of a step. Every island has copies of the kinematic bodies that its forces
 //! refer to.
 
-use crate::assemble::{Assembly, Guard};
-use crate::batch::Batch;
-use crate::control::as_f64;
+pub(crate) mod control;
+
 use crate::kernel::BodyKind;
-use crate::methods::{Integrator, Model, Outcome, Stepper};
 use crate::report::Report;
 use crate::settings::Settings;
-use crate::sparse::System;
-use crate::store::{Member, Poses, Store};
-use crate::world::Motion;
+use crate::state::{Member, Motion, Poses, Store, as_f64};
+use crate::step::{Integrator, Model, Outcome, Stepper};
+use crate::system::assemble::{Assembly, Guard};
+use crate::system::batch::Batch;
+use crate::system::sparse::System;
 use nalgebra::{RealField, SVector, Vector3, convert};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -6,11 +6,12 @@
 //! stiffness; if that fails too, the island is quarantined at its previous state. A method with an error
 //! estimate controls its steps by the estimate instead.
 
-use crate::assemble::Guard;
 use crate::island::{Energy, Island, Life};
-use crate::methods::{Integrator, Outcome};
 use crate::report::Report;
 use crate::settings::Settings;
+use crate::state::as_f64;
+use crate::step::{Integrator, Outcome};
+use crate::system::assemble::Guard;
 use nalgebra::{RealField, Vector3, convert};
 
 /// A request to advance an island by a time.
@@ -199,8 +200,4 @@ impl<R: RealField + Copy> Island<R> {
         let lost = settings.energy_loss.is_some_and(|share| -grown > allowed(share) - work.min(R::zero()));
         if gained || lost { Err(None) } else { Ok((outcome, after, most)) }
     }
-}
-
-pub(crate) fn as_f64<R: RealField + Copy>(x: R) -> f64 {
-    x.to_subset_unchecked()
 }

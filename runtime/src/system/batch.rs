@@ -4,8 +4,8 @@
 //! evaluates the forces one by one, with only the required derivatives, and adds them to the system of the
 //! step.
 
-use crate::assemble::{Assembly, Derivatives, Local, NOWHERE, Need};
 use crate::kernel::{Bodies, BodyKind, Kernel, Linear, Measure};
+use crate::system::assemble::{Assembly, Derivatives, Local, NOWHERE, Need};
 use nalgebra::{RealField, zero};
 use std::any::Any;
 

@@ -10,9 +10,9 @@
 //! The bodies store both rates, a and v̇. If the rates are missing or invalid, or the island is solved in
 //! parts, the step is one of SDIRK2.
 
-use crate::assemble::Assembly;
-use crate::methods::{Model, Outcome, SDIRK, Sized3Or6, Stepper};
-use crate::store::Store;
+use crate::state::Store;
+use crate::step::{Model, Outcome, SDIRK, Sized3Or6, Stepper};
+use crate::system::assemble::Assembly;
 use nalgebra::{RealField, SVector, Vector6, convert};
 
 /// The spectral radius at infinite frequency.

@@ -4,8 +4,8 @@
 //! al., IBM Systems Journal 45(1), 2006, with signs corrected: r −= α A p, and β from the new residuals. A
 //! division by zero or a result that is not finite is a breakdown, which the solver reports.
 
-use crate::block::Block;
-use crate::sparse::System;
+use crate::system::block::Block;
+use crate::system::sparse::System;
 use nalgebra::{RealField, SVector, convert};
 
 /// A method for the linear system of a step.

@@ -8,13 +8,15 @@
 //! block of K contains `[τ]× − I [α]×`, because the inertia turns with the body; τ is the total torque, or Iα
 //! in a stage with multipliers.
 
-use crate::assemble::{Assembly, Frame, Wants, add_angular, add_linear, angular, linear};
-use crate::batch::{Batch, Sums};
-use crate::bodies::{Particle, Rigid};
-use crate::iterative::{Solver, Workspace};
+mod alpha;
+
 use crate::kernel::BodyKind;
+use crate::kernel::bodies::{Particle, Rigid};
 use crate::report::{Report, span};
-use crate::store::{Poses, Store, moved};
+use crate::state::{Poses, Store, moved};
+use crate::system::assemble::{Assembly, Frame, Wants, add_angular, add_linear, angular, linear};
+use crate::system::batch::{Batch, Sums};
+use crate::system::iterative::{Solver, Workspace};
 use nalgebra::{Matrix3, RealField, SVector, Vector3, convert};
 use std::time::Instant;
 
@@ -611,13 +613,13 @@ fn weighted<R: RealField + Copy, const D: usize>(
 /// The coefficients of RODAS, Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.10.
 mod rodas {
     /// γ
-    pub(super) const GAMMA: f64 = 0.25;
+    pub(crate) const GAMMA: f64 = 0.25;
     /// αᵢ: the time of each stage.
-    pub(super) const TIMES: [f64; 6] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
+    pub(crate) const TIMES: [f64; 6] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
     /// γᵢ: the factor of h ∂f/∂t in each stage.
-    pub(super) const DRIVEN: [f64; 6] = [0.25, -0.1043, 0.1035, -0.03620000000000023, 0.0, 0.0];
+    pub(crate) const DRIVEN: [f64; 6] = [0.25, -0.1043, 0.1035, -0.03620000000000023, 0.0, 0.0];
     /// aᵢⱼ: the state of each stage. The last adds the difference to the embedded method of order three.
-    pub(super) const STATES: [&[f64]; 6] = [
+    pub(crate) const STATES: [&[f64]; 6] = [
         &[],
         &[1.544],
         &[0.9466785280815826, 0.2557011698983284],
@@ -626,7 +628,7 @@ mod rodas {
         &[1.221224509226641, 6.019134481288629, 12.53708332932087, -0.687886036105895, 1.0],
     ];
     /// cᵢⱼ
-    pub(super) const RATES: [&[f64]; 6] = [
+    pub(crate) const RATES: [&[f64]; 6] = [
         &[],
         &[-5.6688],
         &[-2.430093356833875, -0.2063599157091915],
@@ -635,7 +637,7 @@ mod rodas {
         &[8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054],
     ];
     /// The coefficients of dense output.
-    pub(super) const DENSE: [[f64; 5]; 2] = [
+    pub(crate) const DENSE: [[f64; 5]; 2] = [
         [10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662],
         [-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872],
     ];
