@@ -19,7 +19,7 @@ fn kernels() -> Vec<String> {
     library().iter().flat_map(|source| compile_all(source).names).collect()
 }
 
-/// One kernel of the library with the front end on the file it stands in.
+/// One kernel of the library, including the front end for the whole file.
 #[divan::bench(args = kernels())]
 fn kernel(bencher: Bencher<'_, '_>, name: &str) {
     let has = |source: &Source| source.text.contains(&format!("fn {name}("));

@@ -1,8 +1,9 @@
-//! The stability catalogue: what may go wrong, case by case, and whether it does.
+//! The stability catalogue: possible failures, case by case, and whether they occur.
 //!
-//! The base scene is [`c10`](crate::scenes::c10), ks 1e6, critical damping, 5 s, the default integrator. **U** means: all
-//! stays finite, nothing is quarantined, energy grows by at most one part in a hundred of the larger of what it was and
-//! the range of kinetic and elastic energy, and the run repeats bit for bit.
+//! The base scene is [`c10`](crate::scenes::c10), ks 1e6, critical damping, 5 s, the default integrator.
+//! **U** means: all values stay finite, no island is quarantined, energy grows by at most one percent of the
+//! larger of the initial energy and the range of kinetic and elastic energy, and a repeated run gives
+//! identical bits.
 
 mod cases;
 mod chains;
@@ -21,20 +22,20 @@ pub use cases::CASES;
 
 /// A case of the catalogue.
 pub struct Case {
-    /// Its number.
+    /// Number of the case.
     pub number: usize,
-    /// What is tried, and what is asked for.
+    /// Description and requirement.
     pub title: &'static str,
-    /// Tries it, in a short form if so wanted.
+    /// Runs the case, in a shorter form if `quick`.
     pub run: fn(quick: bool) -> Verdict,
 }
 
-/// How a case went.
+/// Result of a case.
 #[derive(Clone, Debug)]
 pub struct Verdict {
-    /// Whether it is as asked.
+    /// Whether the requirement is met.
     pub passes: bool,
-    /// What was measured.
+    /// The measured values.
     pub text: String,
 }
 
@@ -47,10 +48,10 @@ pub fn row(case: &Case, verdict: &Verdict) -> String {
     format!("| {} | {} | {passes} | {} |", case.number, case.title, verdict.text)
 }
 
-/// What was seen of a run.
+/// Observations of a run.
 #[derive(Clone, Debug, Default)]
 struct Seen {
-    /// Growth of energy, in units of its scale.
+    /// Growth of energy relative to the scale of energy.
     growth: f64,
     finite: bool,
     quarantined: usize,
@@ -93,7 +94,7 @@ impl std::fmt::Display for Seen {
     }
 }
 
-/// Runs a scene for a time with steps of `h(k)`.
+/// Runs a scene for a time with step sizes `h(k)`.
 fn watch(scene: &mut Scene, time: f64, h: impl Fn(usize) -> f64) -> Seen {
     let mut seen = Seen { finite: true, ..Seen::default() };
     let start = scene.world.energy();
@@ -140,12 +141,12 @@ fn hash(scene: &Scene) -> u64 {
     hasher.finish()
 }
 
-/// How long the base scene runs, s.
+/// Duration of the base scene, s.
 fn time(quick: bool) -> f64 {
     if quick { 1.0 } else { 5.0 }
 }
 
-/// Whether a run is **U**: it is made twice.
+/// Whether a run is **U**; the run is made twice.
 fn stable(make: &dyn Fn() -> Scene, time: f64, h: f64) -> Verdict {
     let seen = watch(&mut make(), time, |_| h);
     let again = watch(&mut make(), time, |_| h);

@@ -1,9 +1,9 @@
 //! Operations and lines of a function in C or C++, whoever printed it.
 //!
-//! In: texts, and the name of a function in them. Out: additions, multiplications, divisions, roots, negations and calls
-//! of the function and, as often as they are called, of those functions whose text is there too. Indices, pointers,
-//! heads of `if` and `for` and tests of a pointer before a load are no operations, nor is a quotient of two literals. What is in
-//! a loop counts once: those in kernels only copy and negate.
+//! Input: texts, and the name of a function in these texts. Output: additions, multiplications, divisions,
+//! roots, negations and calls of the function, plus those of each called function in the texts, once per
+//! call. Indices, pointers, heads of `if` and `for`, tests of a pointer before a load and quotients of two
+//! literals are not counted. A loop body counts once, because loops in kernels only copy and negate.
 
 use forcec::internals::scalar::Operations;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ enum Token {
     Sign(char),
 }
 
-/// What a function amounts to.
+/// Size of a function.
 #[derive(Clone, Copy, Default, Debug)]
 pub struct Size {
     /// Its operations.
@@ -52,7 +52,7 @@ pub fn size(texts: &[&str], function: &str) -> Size {
         }
         next += 1;
     }
-    // Callees stand above their callers in C, so that a few rounds settle every count.
+    // Callees precede their callers in C, so a few passes determine every count.
     let mut counts: BTreeMap<&str, Operations> = BTreeMap::new();
     for _ in 0..reached.len() {
         for name in &reached {

@@ -1,7 +1,8 @@
-//! `document`: the tables of the documents, measured and printed anew.
+//! `document`: measures the tables of the documents and prints these tables again.
 //!
-//! In: which steps. Out: documents with what stands between the marks of each step replaced, by the machine, the date, the
-//! versions and a table. A step is a row of [`STEPS`]; a new table or figure is a new row.
+//! Input: names of steps. Output: documents in which the text between the marks of each step is replaced by
+//! the machine, the date, the versions and a table. A step is a row of [`STEPS`]; a new table or figure needs
+//! a new row.
 
 use crate::catalogue::{self, CASES};
 use crate::kernels::{self, BY_HAND, FLAGS, Plan, RUST_FLAGS, STATES};
@@ -13,32 +14,32 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// What to print, and how carefully.
+/// Options of the command.
 #[derive(clap::Args, Debug, Default)]
 pub struct Options {
-    /// Names of steps; all that need no peers if there are none.
+    /// Names of steps; if empty, all steps that need no peers.
     steps: Vec<String>,
-    /// Few rounds and short runs: to see whether it works.
+    /// Few rounds and short runs, for a quick trial.
     #[arg(long)]
     quick: bool,
-    /// Where `bench/peers/setup.sh` and `simulations.sh` left kernels by other tools, and what engines measured; the step
-    /// `peers` is done too.
+    /// Folder in which `bench/peers/setup.sh` and `simulations.sh` stored kernels from other tools and
+    /// measurements of engines; adds the step `peers`.
     #[arg(long, value_name = "DIR")]
     peers: Option<PathBuf>,
-    /// Where the documents are.
+    /// The folder of the documents.
     #[arg(long, value_name = "DIR", default_value = "docs")]
     into: PathBuf,
 }
 
-/// A part of a document that is measured.
+/// A measured part of a document.
 pub struct Step {
-    /// Its name.
+    /// Name of the step.
     pub name: &'static str,
-    /// The document.
+    /// File name of the document.
     pub document: &'static str,
-    /// What it prints: marks in the document, and, with an ending, files beside it.
+    /// Names of the printed blocks; a name with a file extension is a file in the folder of the document.
     pub prints: &'static [&'static str],
-    /// Measures: a text for each of these; an empty one leaves what is there.
+    /// Runs the measurement: one text for each entry of `prints`; an empty text leaves the block unchanged.
     run: fn(&Options) -> Result<Vec<String>, String>,
 }
 
@@ -81,10 +82,10 @@ const SIMULATIONS: [&str; 10] = [
     "work-bar",
 ];
 
-/// The step that needs kernels by others.
+/// The step that needs kernels from other tools.
 const PEERS: &str = "peers";
 
-/// Runs steps and writes each one's part of its document as soon as it is there.
+/// Runs steps and writes the part of each step into the document as soon as the step ends.
 pub fn document(options: &Options) -> Result<(), String> {
     if let Some(unknown) = options.steps.iter().find(|name| STEPS.iter().all(|step| step.name != **name)) {
         let names: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
@@ -113,7 +114,7 @@ pub fn document(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The machine, the date, the versions and flags.
+/// The machine, the date, the versions and the flags.
 pub fn setting(plan: &Plan) -> String {
     let peers = plan.peers.iter().map(|peer| (peer.name.as_str(), peer.version.as_str()));
     let versions = machine::versions(peers);
@@ -126,18 +127,18 @@ pub fn setting(plan: &Plan) -> String {
     text + &format!("\nns a call, {} rounds of {STATES} states\n", plan.rounds)
 }
 
-/// A setting as a block of a document.
+/// A setting as a fenced block of a document.
 fn fenced(text: &str) -> String {
     format!("```text\n{text}```\n")
 }
 
-/// What was measured in Rust alone, and with what.
+/// A table of a measurement in Rust alone, with the machine and the compiler.
 fn of_rust(table: &str) -> String {
     let setting = format!("{}; {}\n", machine::machine(), machine::rustc());
     format!("{}\n\n{table}", fenced(&setting).trim_end())
 }
 
-/// What is measured unless told otherwise.
+/// The plan for these options, with default flags.
 fn plan(options: &Options) -> Plan {
     let flags = FLAGS.split(' ').map(str::to_owned).collect();
     Plan { only: Vec::new(), rounds: if options.quick { 3 } else { 51 }, flags, peers: Vec::new() }
@@ -164,7 +165,7 @@ fn modes(options: &Options) -> Result<Vec<String>, String> {
     let plotted = MODES[1..].iter().filter_map(|name| name.split_once('-')?.1.strip_suffix(".svg"));
     let plotted: Vec<&str> = plotted.collect();
     let only = if options.quick { plotted.as_slice() } else { &[] };
-    // gcc may fuse in the mode `fast` alone.
+    // gcc may fuse only in the mode `fast`.
     plan.flags.push("-ffp-contract=off|fast".to_owned());
     let points = in_folder("modes", |folder| modes::measure(only, plan.rounds, folder))?;
     let mut texts = vec![format!("{}\n{}", fenced(&setting(&plan)), modes::table(&points))];
@@ -177,7 +178,8 @@ fn growth(options: &Options) -> Result<Vec<String>, String> {
     Ok(vec![of_rust(&growth_table(links))])
 }
 
-/// How compile time grows with a kernel: chains of so many helper functions each, of which 22,000 make 1e6 nodes.
+/// Compile time against kernel size: chains with the given numbers of helper functions; 22,000 helpers make
+/// 1e6 nodes.
 pub fn growth_table(links: &[usize]) -> String {
     let mut text = String::from("| nodes | seconds | µs a node |\n|--:|--:|--:|\n");
     for links in links {
@@ -192,7 +194,7 @@ pub fn growth_table(links: &[usize]) -> String {
 
 fn sleeping(options: &Options) -> Result<Vec<String>, String> {
     let sizes = if options.quick { &[(2, 20)][..] } else { &[(100, 10_000)] };
-    // On one thread, so that what sleeps cannot hide on another.
+    // On one thread, so that the cost of sleeping bodies cannot hide on another thread.
     let rows = sizes.iter().map(|&(awake, asleep)| on_threads(1, || sleeping::measure(awake, asleep, 200)));
     Ok(vec![of_rust(&sleeping::table(&rows.collect::<Vec<_>>()))])
 }

@@ -1,8 +1,10 @@
-//! How long kernels take: emitted C and Rust, C by hand and by peers, in one process, by turns.
+//! Run times of kernels: emitted C and Rust, C written by hand and C from peers, timed in turn in one
+//! process.
 //!
-//! In: what to measure. Out: a [`Row`] for each kernel and maker. The library is compiled, printed, and built by gcc and
-//! rustc into one program with a driver that is written here. The driver first compares what the makers compute with
-//! the program in 320 bits, then times in rounds those that are right; every statistic is made of its list of times.
+//! Input: a [`Plan`]. Output: a [`Row`] for each kernel and maker. The library is compiled, printed, and
+//! built by gcc and rustc into one program together with the driver that this module writes. The driver first
+//! compares the results of every maker with the program evaluated in 320 bits, then times the correct kernels
+//! in rounds. All statistics are computed from the lists of times.
 
 use crate::peers::Peer;
 use crate::{compile_all, library};
@@ -18,36 +20,37 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-/// Kernels that are written by hand too, in `bench/hand`.
+/// Kernels that also exist hand-written in `bench/hand`.
 pub const BY_HAND: [&str; 3] = ["point_to_point", "distance", "spring"];
 
-/// States a kernel is called at, in order, in a round.
+/// Number of states at which a kernel is called in each round, in a fixed order.
 pub const STATES: usize = 1024;
 
-/// What gcc is told, unless the command line says otherwise. With GNU C, gcc's default, it fuses products and sums.
+/// Default flags for gcc; the command line can replace these flags. In GNU C, its default dialect, gcc fuses
+/// products and sums.
 pub const FLAGS: &str = "-O3 -march=native -fno-math-errno";
 
-/// What rustc is told.
+/// Flags for rustc.
 pub const RUST_FLAGS: &str = "-C opt-level=3 -C target-cpu=native -C panic=abort";
 
-/// Where an error is no longer rounding: what is further off is wrong, and not timed.
+/// Largest relative error that can be rounding. A kernel with a larger error is wrong and is not timed.
 pub const WRONG: f64 = 1e-9;
 
-/// Someone's code for a kernel.
+/// An implementation of a kernel.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Maker {
-    /// As tables have it: `hand`, `C` and `Rust` (ours), or a peer.
+    /// Name in tables: `hand`, `C` and `Rust` (emitted by forcec), or a peer.
     pub name: String,
-    /// How the problem was put to a peer.
+    /// How the problem was formulated for a peer.
     pub formulation: String,
-    /// The function the driver calls; it has the interface of the emitted C.
+    /// The function that the driver calls; its interface is that of the emitted C.
     pub symbol: String,
-    /// What is compiled for it, beside what forcec emits.
+    /// Source file to compile for this maker, in addition to the files that forcec emits.
     pub source: Option<PathBuf>,
 }
 
 impl Maker {
-    /// Everyone who has the kernel, those by hand first.
+    /// All makers of a kernel, hand-written code first.
     fn all(plan: &Plan, kernel: &str) -> Vec<Maker> {
         let maker = |name: &str, symbol: String, source: Option<PathBuf>| Maker {
             name: name.to_owned(),
@@ -69,29 +72,29 @@ impl Maker {
     }
 }
 
-/// What to measure.
+/// Selection and settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Names of kernels; none for all.
+    /// Names of the kernels to measure; if empty, all kernels.
     pub only: Vec<String>,
-    /// How often each is timed.
+    /// Number of timing rounds for each kernel.
     pub rounds: usize,
-    /// What gcc is told, for all code in C.
+    /// Flags for gcc, used for all C code.
     pub flags: Vec<String>,
-    /// Kernels by others.
+    /// Kernels from other tools.
     pub peers: Vec<Peer>,
 }
 
-/// Some times, or quotients of times, of one kernel in all rounds.
+/// Distribution of times, or of ratios of times, of one kernel over all rounds.
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
-    /// The smallest.
+    /// The minimum.
     pub least: f64,
-    /// A quarter is smaller.
+    /// The lower quartile.
     pub low: f64,
     /// The median.
     pub median: f64,
-    /// A quarter is larger.
+    /// The upper quartile.
     pub high: f64,
 }
 
@@ -103,23 +106,23 @@ impl Spread {
     }
 }
 
-/// One maker's kernel.
+/// The results for the kernel of one maker.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Its name.
+    /// Name of the kernel.
     pub kernel: String,
-    /// Who wrote it.
+    /// The implementation.
     pub maker: Maker,
-    /// Nanoseconds a call; none for what is wrong.
+    /// Nanoseconds per call; `None` for a wrong kernel.
     pub time: Option<Spread>,
-    /// Round by round, the time divided by that of the kernel by hand.
+    /// Time divided by the time of the hand-written kernel in the same round.
     pub ratio: Option<Spread>,
-    /// The same by that of the emitted C.
+    /// Time divided by the time of the emitted C in the same round.
     pub to_ours: Option<Spread>,
-    /// The largest error over all states, against the program in 320 bits, relative to the largest entry of the same
-    /// part of the output.
+    /// The largest error over all states against the program in 320 bits, relative to the largest entry of
+    /// the same part of the output.
     pub error: f64,
-    /// Seconds in the compiler; none for what is compiled with other kernels.
+    /// Compile time in seconds; `None` for code that is compiled together with other kernels.
     pub compilation: Option<f64>,
 }
 
@@ -141,7 +144,8 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// Measures. What is built is left in `folder`. Panics when a compiler or the driver fails.
+/// Runs the measurement and leaves the build products in `folder`. Panics when a compiler or the driver
+/// fails.
 pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
     std::fs::create_dir_all(folder).expect("a folder to build in");
     let wanted = |name: &str| plan.only.is_empty() || plan.only.iter().any(|only| only == name);
@@ -184,7 +188,7 @@ pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
     rows
 }
 
-/// The compiled file, and as the targets print it.
+/// A compiled file in the form that the targets print, and the compiled file itself.
 pub(crate) fn printable(compiled: Compiled) -> (File, Compiled) {
     let file = File {
         stem: compiled.source.name.trim_end_matches(".rs").to_owned(),
@@ -195,7 +199,7 @@ pub(crate) fn printable(compiled: Compiled) -> (File, Compiled) {
     (file, compiled)
 }
 
-/// Writes `driver` and `states` into the folder. Returns the seconds each object in C took.
+/// Writes `driver` and `states` into the folder. Returns the compile time of each C object in seconds.
 fn build(
     plan: &Plan,
     folder: &Path,
@@ -236,7 +240,7 @@ fn build(
     rustc.args(["--edition", "2024", "--crate-type", "staticlib"]).args(RUST_FLAGS.split(' '));
     run(rustc.args(["kernels.rs", "-o", "libkernels.a"]), folder);
     let mut gcc = Command::new("gcc");
-    // A library by its full path is found again when the program runs.
+    // A library linked by its full path is found again when the program runs.
     gcc.args(&objects).args(crate::peers::libraries(&plan.peers));
     run(gcc.args(["libkernels.a", "-lm", "-lpthread", "-ldl", "-o", "driver"]), folder);
     let states: Vec<u8> = kernels.iter().flat_map(|(_, stages, _)| states(stages)).collect();
@@ -244,7 +248,7 @@ fn build(
     seconds
 }
 
-/// Compiles a file in C or C++ to `NAME.o` and returns how many seconds that took.
+/// Compiles a C or C++ file to `NAME.o` and returns the compile time in seconds.
 pub fn compile(plan: &Plan, folder: &Path, source: &Path, name: &str) -> f64 {
     let start = Instant::now();
     let cpp = source.extension().is_some_and(|ending| ending == "cc");
@@ -257,7 +261,8 @@ pub fn compile(plan: &Plan, folder: &Path, source: &Path, name: &str) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// The regular states a kernel is called at, in memory order, and after all of them what it computes in 320 bits.
+/// The regular states of a kernel in memory order, followed by the kernel's results in 320 bits at all
+/// states.
 fn states(stages: &Stages) -> Vec<u8> {
     let subject = Subject { source: &stages.source, program: &stages.program };
     let probe = Probe::new(&subject);
@@ -271,7 +276,7 @@ fn states(stages: &Stages) -> Vec<u8> {
     bytes(inputs.into_iter().chain(outputs).flatten(), Precision::F64)
 }
 
-/// Runs a command in the folder and returns what it prints.
+/// Runs a command in the folder and returns its standard output.
 pub(crate) fn run(command: &mut Command, folder: &Path) -> String {
     let output = match command.current_dir(folder).output() {
         Ok(output) => output,
@@ -281,13 +286,14 @@ pub(crate) fn run(command: &mut Command, folder: &Path) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The numbers that a driver prints behind this head, a line each.
+/// The numbers that a driver prints after the prefix `head`, one number per line.
 pub(crate) fn told(answer: &str, head: &str) -> Vec<f64> {
     let values = answer.lines().filter_map(|line| line.strip_prefix(head));
     values.map(|value| value.parse().expect("a number of the driver")).collect()
 }
 
-/// The types of a kernel's arguments before the output, in C, where it computes so many instances at once.
+/// The C types of a kernel's arguments before the output, for a kernel that computes `lanes` instances per
+/// call.
 pub(crate) fn arguments(
     name: &str,
     signature: &Signature,
@@ -301,13 +307,14 @@ pub(crate) fn arguments(
     signature.bodies.iter().map(body).chain(params).collect()
 }
 
-/// States as a kernel reads them that computes so many instances at once: entry by entry of each group.
+/// States in the memory order of a kernel that computes `lanes` instances per call: entry by entry within
+/// each group.
 pub(crate) fn interleaved<'s>(states: &'s [&Vec<f64>], lanes: usize) -> impl Iterator<Item = f64> + 's {
     let groups = states.chunks(lanes);
     groups.flat_map(|group| (0..group[0].len()).flat_map(move |k| group.iter().map(move |x| x[k])))
 }
 
-/// Numbers as they lie in memory.
+/// The bytes of numbers in memory.
 pub(crate) fn bytes(reals: impl Iterator<Item = f64>, precision: Precision) -> Vec<u8> {
     match precision {
         Precision::F64 => reals.flat_map(f64::to_ne_bytes).collect(),
@@ -336,7 +343,7 @@ static double apart(const double *x, const double *y, int count)
 }
 ";
 
-/// The time the thread has had on a processor, in nanoseconds, in C.
+/// C code of a clock: the processor time of the thread in nanoseconds.
 pub(crate) const CLOCK: &str = "
 static double now(void)
 {
@@ -378,8 +385,8 @@ int main(int count, char **arguments)
 }
 ";
 
-/// The program that measures: for each kernel its states, a function that calls it at each of them for every maker,
-/// and a comparison.
+/// The C driver program: for each kernel the states, one function per maker that calls the kernel at every
+/// state, and a comparison of the results.
 fn driver(kernels: &[(&str, &Stages, Vec<Maker>)]) -> String {
     let most = kernels.iter().map(|(_, _, makers)| makers.len()).max().unwrap_or(0);
     let mut text =
@@ -436,7 +443,7 @@ fn driver(kernels: &[(&str, &Stages, Vec<Maker>)]) -> String {
     text
 }
 
-/// The crate of the emitted Rust, whose functions C can call.
+/// The crate that exports the emitted Rust as functions callable from C.
 fn wrappers(files: &[&File], kernels: &[(&str, &Stages, Vec<Maker>)]) -> String {
     let mut text = String::new();
     for file in files {

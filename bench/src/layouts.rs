@@ -1,7 +1,9 @@
-//! How long the layouts of a kernel take beside the dense kernel by hand, an instance: in one process, by turns.
+//! Run times per instance of the layouts of a kernel and of the dense hand-written kernel, in one process, in
+//! turn.
 //!
-//! In: a kernel that is written by hand too. Out: a [`Row`] for each way to lay it out and each target. Every variant is
-//! a folder of its own: what forcec prints, and a unit that reads states as the variant wants them and calls it at each.
+//! Input: a kernel that also exists hand-written. Output: a [`Row`] for each layout and each target. Every
+//! variant has its own folder: the files that forcec prints, and a unit that reads states in the variant's
+//! memory order and calls the kernel at each state.
 
 use crate::kernels::{
     CLOCK, FLAGS, RUST_FLAGS, STATES, Spread, arguments, bytes, interleaved, printable, run, told,
@@ -18,10 +20,10 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// One way to lay a kernel out.
+/// A layout of a kernel.
 #[derive(Clone, Debug)]
 pub struct Variant {
-    /// What tables call it.
+    /// Name in tables.
     pub name: &'static str,
     layout: Layout,
     lanes: usize,
@@ -29,12 +31,12 @@ pub struct Variant {
     outputs: &'static [Part],
 }
 
-/// A way to lay out F and both derivatives.
+/// A layout with F and both derivatives.
 const fn way(name: &'static str, layout: Layout, lanes: usize, precision: Precision) -> Variant {
     Variant { name, layout, lanes, precision, outputs: &Part::DEFAULT }
 }
 
-/// Every way that is measured.
+/// All measured layouts.
 pub static VARIANTS: [Variant; 12] = [
     way("dense", Layout::Dense, 1, Precision::F64),
     Variant { outputs: &[Part::Force], ..way("force only", Layout::Dense, 1, Precision::F64) },
@@ -53,13 +55,13 @@ pub static VARIANTS: [Variant; 12] = [
 /// The time of one variant.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Its name.
+    /// Name of the variant.
     pub variant: &'static str,
-    /// Who wrote it.
+    /// The implementation.
     pub maker: &'static str,
-    /// Nanoseconds an instance.
+    /// Nanoseconds per instance.
     pub time: Spread,
-    /// Round by round, the time divided by that of the dense kernel by hand.
+    /// Time divided by the time of the dense hand-written kernel in the same round.
     pub ratio: Spread,
 }
 
@@ -77,7 +79,7 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// Measures a kernel by hand and every variant of it. What is built is left in `folder`.
+/// Measures a hand-written kernel and every variant of the kernel. The build products stay in `folder`.
 pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
     std::fs::create_dir_all(folder).expect("a folder to build in");
     let root = &std::path::absolute(folder).expect("a folder to build in");
@@ -146,7 +148,7 @@ pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
     rows.into_iter().enumerate().map(row).collect()
 }
 
-/// The headers of the library, which what is written by hand includes.
+/// The headers of the library, which hand-written code includes.
 fn headers(folder: &Path) {
     std::fs::create_dir_all(folder).expect("a folder to build in");
     for source in library() {
@@ -159,7 +161,7 @@ fn headers(folder: &Path) {
     }
 }
 
-/// The kernel of this name as a variant has it.
+/// The kernel of this name in the form of a variant.
 fn compiled(kernel: &str, variant: &Variant) -> (File, Stages) {
     let request = Request {
         layout: variant.layout,
@@ -181,14 +183,14 @@ fn compiled(kernel: &str, variant: &Variant) -> (File, Stages) {
     panic!("no kernel `{kernel}` in the library")
 }
 
-/// How many reals the arguments before the extras have.
+/// Number of reals in the arguments before the extra arguments.
 fn inputs(signature: &Signature) -> usize {
     let stored = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
     let given = signature.parameters.iter().map(|parameter| parameter.ty.length() as usize);
     stored.map(|field| field.length as usize).sum::<usize>() + given.sum::<usize>()
 }
 
-/// The states a variant is called at: as many at a time as it has lanes, entry by entry.
+/// The states for a variant: one group per lane count, entry by entry within each group.
 fn states(stages: &Stages, variant: &Variant) -> Vec<u8> {
     let subject = Subject { source: &stages.source, program: &stages.program };
     let probe = Probe::new(&subject);

@@ -1,4 +1,5 @@
-//! What the benchmarks share: texts to compile, the library and force files of any size, the timing of kernels, and scenes.
+//! Shared code of the benchmarks: texts to compile, the library and force files of any size, kernel timing,
+//! and scenes.
 //!
 //! The benchmark `compile_time` and the test `time_per_node` both read them.
 
@@ -22,7 +23,8 @@ use forcec::internals::source::span::Source;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Does work whose islands are spread over so many threads; without the feature `rayon` there is but one.
+/// Does work whose islands are distributed over `threads` threads; without the feature `rayon` there is only
+/// one thread.
 pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     #[cfg(feature = "rayon")]
     {

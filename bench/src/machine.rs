@@ -1,4 +1,4 @@
-//! What measurements are of: the processor, the day, the compiler.
+//! The setting of measurements: the processor, the date, the compiler.
 
 use std::collections::BTreeSet;
 use std::process::Command;

@@ -42,11 +42,11 @@ enum Command {
         #[arg(long)]
         quick: bool,
     },
-    /// Measures what the documents say was measured, and prints it between their marks.
+    /// Measures the tables of the documents and prints them between their marks.
     Document(document::Options),
 }
 
-/// The exit code of what may fail.
+/// The exit code of a command that may fail.
 fn done(result: Result<(), String>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,

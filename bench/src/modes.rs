@@ -1,8 +1,9 @@
 //! Kernels, run time against error: every kernel of the library in every mode, in one process, by turns.
 //!
-//! In: how many rounds. Out: a [`Point`] for each kernel and mode: nanoseconds an instance at 1024 states that vary, and the
-//! largest error at states of four families, against the program in 320 bits on the same input bits. A mode is a folder
-//! of its own: what forcec prints, and a unit that reads states and calls each kernel at them.
+//! Input: the number of rounds. Output: a [`Point`] for each kernel and mode: nanoseconds per instance at
+//! 1024 varying states, and the largest error at states of four families, against the program in 320 bits on
+//! the same input bits. A mode has its own folder: the files that forcec prints, and a unit that reads states
+//! and calls each kernel.
 
 mod plot;
 
@@ -21,10 +22,10 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// One way to compute.
+/// A way to compute: options of the compiler.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
-    /// What tables call it.
+    /// Name in tables.
     pub name: &'static str,
     precision: Precision,
     mode: Mode,
@@ -36,7 +37,7 @@ const fn way(name: &'static str, precision: Precision, mode: Mode, fma: bool, la
     Way { name, precision, mode, fma, lanes }
 }
 
-/// Every way that is measured; times are counted from the first.
+/// All measured ways; times are relative to the first way.
 pub static WAYS: [Way; 13] = [
     way("f64 balanced", Precision::F64, Mode::Balanced, false, 1),
     way("f64 balanced, fma", Precision::F64, Mode::Balanced, true, 1),
@@ -73,7 +74,7 @@ pub struct Error {
 pub struct Point {
     /// The kernel's name.
     pub kernel: String,
-    /// How it computes.
+    /// The way to compute.
     pub way: &'static Way,
     /// Nanoseconds an instance.
     pub time: Spread,
@@ -89,7 +90,7 @@ struct Subjects {
     all: Vec<Stages>,
 }
 
-/// Measures kernels of these names, all if there are none. What is built is left in `folder`.
+/// Measures kernels of these names; if empty, all kernels. The build products stay in `folder`.
 pub fn measure(only: &[&str], rounds: usize, folder: &Path) -> Vec<Point> {
     let wanted = |name: &str| only.is_empty() || only.contains(&name);
     let compiled = |way: &Way| -> Vec<Subjects> {
@@ -286,7 +287,7 @@ fn reals(bytes: &[u8], precision: Precision) -> Vec<f64> {
     }
 }
 
-/// What a kernel is off at the states of each family.
+/// The errors of a kernel at the states of each family.
 fn errors(stages: &Stages, drawn: &Drawn, computed: &[f64]) -> [Error; FAMILIES.len()] {
     let n = stages.kernel.schedule.signature.freedoms();
     let whole = n + 2 * n * n;

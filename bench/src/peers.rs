@@ -1,8 +1,8 @@
-//! Kernels by other tools, and what every maker's code costs beside its run time.
+//! Kernels from other tools, and the cost of every maker's code apart from run time.
 //!
-//! In: a folder that the scripts of `bench/peers` filled, one file a kernel, whose first line says who made it, and the
-//! rows of a measurement. Out: tables of operations, lines, times of generation and compilation beside run time and
-//! error, as text, CSV and blocks of a document.
+//! Input: a folder that the scripts of `bench/peers` filled with one file per kernel, whose first line names
+//! the tool, and the rows of a measurement. Output: tables of operations, lines, generation time, compile
+//! time, run time and error, as text, CSV and blocks of a document.
 
 use crate::count::{Size, size};
 use crate::kernels::{Plan, Row, compile, printable, run};
@@ -15,27 +15,28 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-/// A kernel by another tool.
+/// A kernel from another tool.
 #[derive(Clone, Debug)]
 pub struct Peer {
-    /// The tool.
+    /// Name of the tool.
     pub name: String,
-    /// Its version.
+    /// Version of the tool.
     pub version: String,
-    /// How the problem was put to it.
+    /// How the problem was formulated for the tool.
     pub formulation: String,
-    /// The kernel.
+    /// Name of the kernel.
     pub kernel: String,
-    /// The function.
+    /// Name of the function.
     pub symbol: String,
-    /// Where it stands.
+    /// Path of the source file.
     pub source: PathBuf,
-    /// Seconds the tool took, as its script measured them; none for a library, whose work is done in the run.
+    /// Generation time in seconds, measured by the tool's script; `None` for a library, which does this work
+    /// at run time.
     pub generation: Option<f64>,
 }
 
-/// Reads the first lines of the files: `/* TOOL | VERSION | FORMULATION | KERNEL | SECONDS s */`; a library has `-` for
-/// the seconds, and its file only calls what stands in a `.so` of the folder.
+/// Parses the first line of each file: `/* TOOL | VERSION | FORMULATION | KERNEL | SECONDS s */`. A library
+/// has `-` in place of the seconds, and its file only calls functions of a `.so` in the folder.
 pub fn read(folder: &Path) -> Result<Vec<Peer>, String> {
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
@@ -63,7 +64,7 @@ fn peer(path: &Path) -> Option<Peer> {
     })
 }
 
-/// Libraries that the files call.
+/// Libraries that the files link to.
 pub fn libraries(peers: &[Peer]) -> Vec<PathBuf> {
     let folders: BTreeSet<&Path> = peers.iter().filter_map(|peer| peer.source.parent()).collect();
     let files = folders.into_iter().filter_map(|folder| std::fs::read_dir(folder).ok()).flatten();
@@ -73,20 +74,20 @@ pub fn libraries(peers: &[Peer]) -> Vec<PathBuf> {
     paths
 }
 
-/// A row with what the code cost.
+/// A row together with the cost of its code.
 #[derive(Clone, Debug)]
 pub struct Line {
     /// Time and error.
     pub row: Row,
-    /// Operations and lines of what was emitted in C or C++; they are not counted in Rust.
+    /// Operations and lines of the emitted C or C++; Rust is not counted.
     pub size: Option<Size>,
-    /// Seconds until the code was there; none for a person.
+    /// Seconds to generate the code; `None` for hand-written code.
     pub generation: Option<f64>,
-    /// Seconds in gcc or rustc; none for a library.
+    /// Seconds in gcc or rustc; `None` for a library.
     pub compilation: Option<f64>,
 }
 
-/// Seconds of the quickest of three.
+/// The shortest of three times in seconds.
 fn quickest(mut work: impl FnMut()) -> f64 {
     let timed = (0..3).map(|_| {
         let start = Instant::now();
@@ -96,7 +97,7 @@ fn quickest(mut work: impl FnMut()) -> f64 {
     timed.collect::<Vec<f64>>().into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Adds up what each row's code cost. Builds in the folder of the measurement.
+/// Computes the cost of the code of each row. Builds in the folder of the measurement.
 pub fn lines(plan: &Plan, rows: Vec<Row>, folder: &Path) -> Vec<Line> {
     let library = crate::library();
     std::fs::create_dir_all(folder.join("one")).expect("a folder to build in");
@@ -144,7 +145,7 @@ fn line(plan: &Plan, row: Row, library: &[Source], folder: &Path) -> Line {
     Line { row, size, generation, compilation: (!library).then_some(compilation) }
 }
 
-/// The rows of a kernel, the quickest first and what is wrong last.
+/// The rows of a kernel sorted by time, wrong kernels last.
 fn of_kernel<'a>(lines: &'a [Line], kernel: &str) -> Vec<&'a Line> {
     let mut chosen: Vec<&Line> = lines.iter().filter(|line| line.row.kernel == kernel).collect();
     let time = |line: &Line| line.row.time.map_or(f64::INFINITY, |time| time.median);
@@ -152,7 +153,7 @@ fn of_kernel<'a>(lines: &'a [Line], kernel: &str) -> Vec<&'a Line> {
     chosen
 }
 
-/// Distinct names in order of appearance.
+/// Distinct names in order of first appearance.
 fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut result: Vec<&str> = Vec::new();
     for name in names {
@@ -163,7 +164,7 @@ fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     result
 }
 
-/// The best formulation of every maker against the emitted C: median and quartiles of the quotient of times.
+/// The best formulation of every maker relative to the emitted C: median and quartiles of the ratio of times.
 pub fn summary(lines: &[Line]) -> String {
     let makers = distinct(lines.iter().map(|line| line.row.maker.name.as_str()));
     let mut text = format!("| kernel | {} |\n|---|{}\n", makers.join(" | "), "--:|".repeat(makers.len()));
@@ -186,7 +187,7 @@ const COLUMNS: &str = "| kernel | code | ns | quartiles | C = 1 | error | add | 
 |---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|
 ";
 
-/// Everything, kernel by kernel.
+/// All results, kernel by kernel.
 pub fn table(lines: &[Line]) -> String {
     let mut text = COLUMNS.to_owned();
     for kernel in distinct(lines.iter().map(|line| line.row.kernel.as_str())) {
@@ -217,7 +218,7 @@ pub fn table(lines: &[Line]) -> String {
     text
 }
 
-/// Everything for a program to read; an empty field is what does not exist.
+/// All results in machine-readable form; an empty field means a missing value.
 pub fn csv(lines: &[Line]) -> String {
     let mut text = String::from(
         "kernel,code,formulation,ns_median,ns_low,ns_high,ns_least,to_c,error,add,mul,div,sqrt,call,neg,lines,generation_s,compilation_s\n",
@@ -241,7 +242,7 @@ pub fn csv(lines: &[Line]) -> String {
     text
 }
 
-/// The document with what stands between `<!-- printed: NAME -->` and `<!-- end -->` replaced, for each name.
+/// The document with the text between `<!-- printed: NAME -->` and `<!-- end -->` replaced, for each name.
 pub fn print_into(document: &str, blocks: &[(&str, String)]) -> Result<String, String> {
     let mut text = document.to_owned();
     for (name, block) in blocks {

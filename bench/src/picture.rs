@@ -1,6 +1,7 @@
-//! A picture of a scene: its bodies as they stand, lit from above, and its energy over time below them.
+//! A picture of a scene: the bodies in their current state, lit from above, and the energy over time below.
 //!
-//! In: a scene and its energies. Out: SVG. Faces are drawn from far to near, so that nearer ones cover them.
+//! Input: a scene and its energies. Output: SVG. Faces are drawn from far to near, so that nearer faces cover
+//! farther ones.
 
 use crate::scenes::Scene;
 use forcec_runtime::nalgebra::Rotation3;
@@ -139,7 +140,7 @@ fn shade(face: &Face, view: &Rotation3<f64>) -> String {
 /// Energy over time.
 fn graph(energies: &[f64], h: f64) -> String {
     let (low, high) = energies.iter().fold((f64::MAX, f64::MIN), |(low, high), &e| (low.min(e), high.max(e)));
-    // What is but rounding is drawn as a line.
+    // A range of the size of rounding errors is drawn as a line.
     let room = (0.05 * (high - low)).max(1e-6 * low.abs().max(high.abs())).max(f64::MIN_POSITIVE);
     let end = (energies.len() - 1).max(1) as f64 * h;
     let mut text = String::new();

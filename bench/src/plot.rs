@@ -8,7 +8,7 @@ use plotters::drawing::IntoDrawingArea;
 use plotters::style::{BLACK, Color, WHITE};
 use std::ops::Range;
 
-/// What a drawing into a string that fails would have been.
+/// Message of the panic if drawing into a string fails.
 pub(crate) const DRAWN: &str = "a string to draw into";
 
 /// A chart whose axes are both logarithmic.
@@ -16,11 +16,11 @@ pub(crate) type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Log
 
 /// One axis.
 pub(crate) struct Axis<'t> {
-    /// What it measures, with its unit.
+    /// The measured quantity, with its unit.
     pub(crate) name: &'t str,
-    /// From where to where.
+    /// Lower and upper limit.
     pub(crate) range: Range<f64>,
-    /// How its numbers are written.
+    /// Format of the numbers.
     pub(crate) label: fn(&f64) -> String,
 }
 
@@ -29,7 +29,7 @@ pub(crate) fn power(x: &f64) -> String {
     format!("{x:.0e}")
 }
 
-/// A chart of so many pixels in which something is drawn, with its legend.
+/// A chart of the given size in pixels, with the plot and its legend.
 pub(crate) fn log_log(
     size: (u32, u32),
     caption: &str,

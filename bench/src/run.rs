@@ -1,4 +1,5 @@
-//! `run SCENE`: a scene through time, with a report on a line, and its trajectories and a picture as files.
+//! `run SCENE`: steps a scene through time, prints a one-line report, and writes trajectories and a picture
+//! to files.
 
 use crate::picture::picture;
 use crate::scenes::{Row, SCENES, Scene};
@@ -11,16 +12,16 @@ use std::io::{IsTerminal, Write as _};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// What to run, and what to write.
+/// Options of the command.
 #[derive(clap::Args, Debug)]
 pub struct Options {
-    /// What is stepped.
+    /// Name of the scene.
     #[arg(value_parser = named(&SCENES, |row| (row.0, row.1)))]
     scene: &'static Row,
-    /// The step, s, in place of the scene's own; `1/60` is a number too.
+    /// Step size, s, in place of the scene's own; fractions such as `1/60` are allowed.
     #[arg(long, value_parser = fraction)]
     step: Option<f64>,
-    /// How long, s.
+    /// Duration, s.
     #[arg(long)]
     time: Option<f64>,
     /// The method of integration.
@@ -60,7 +61,7 @@ const SOLVERS: [(&str, Solver); 6] = [
     ("bicg", Solver::BiCg),
 ];
 
-/// A name that stands in a table, for what stands beside it.
+/// The value that a table assigns to a name.
 fn among<T: Copy + Send + Sync + 'static>(
     table: &'static [(&'static str, T)],
 ) -> impl TypedValueParser<Value = T> {
@@ -68,7 +69,7 @@ fn among<T: Copy + Send + Sync + 'static>(
         .map(|chosen| table.iter().find(|(name, _)| *name == chosen).expect("a name of the table").1)
 }
 
-/// A name that stands in a table of rows, for the row.
+/// The row of a table with this name.
 pub(crate) fn named<T: Sync>(
     table: &'static [T],
     name: fn(&T) -> (&'static str, &'static str),
@@ -78,7 +79,7 @@ pub(crate) fn named<T: Sync>(
         .map(move |chosen| table.iter().find(|row| name(row).0 == chosen).expect("a name of the table"))
 }
 
-/// A number, or one over another.
+/// A number, or a fraction of two numbers.
 fn fraction(text: &str) -> Result<f64, String> {
     let number = |text: &str| text.trim().parse::<f64>().map_err(|error| error.to_string());
     let value = match text.split_once('/') {
@@ -111,7 +112,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         let started = Instant::now();
         let report = scene.advance(step as f64 * h, h);
         sum.add(&report, &scene.contacts, started.elapsed());
-        // Reports are of what moves.
+        // Reports contain only awake bodies.
         let energy = if report.asleep == 0 { report.energy } else { scene.world.energy() };
         energies.push(energy);
         let now = (step + 1) as f64 * h;
@@ -158,7 +159,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// What all steps did together.
+/// Sums over all steps.
 #[derive(Default)]
 struct Sum {
     total: Duration,

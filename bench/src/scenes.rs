@@ -19,7 +19,7 @@ use forcec_runtime::{Body, Motion, Report, World};
 /// Gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
 
-/// A world and what there is to know of it.
+/// A world and the data to step and draw the world.
 pub struct Scene {
     /// Bodies and forces.
     pub world: World,
@@ -27,21 +27,21 @@ pub struct Scene {
     pub collisions: Option<Collisions>,
     /// The contacts of the last step.
     pub contacts: Contacts,
-    /// Its bodies that forces move, in order.
+    /// Dynamic bodies, in order.
     pub bodies: Vec<Body>,
-    /// Their masses, kg.
+    /// Masses of these bodies, kg.
     pub masses: Vec<f64>,
-    /// How it is drawn.
+    /// Data for drawing.
     pub look: Look,
-    /// What changes from step to step: called with the time in the middle of it.
+    /// Update of the world for each step; the argument is the time at the middle of the step.
     pub drive: Option<Drive>,
-    /// How long it lasts, s.
+    /// Duration, s.
     pub time: f64,
-    /// Its usual step, s.
+    /// Usual step, s.
     pub step: f64,
 }
 
-/// How a scene is drawn.
+/// Data for drawing a scene.
 #[derive(Default)]
 pub struct Look {
     /// Half the sides of a rigid body's box, m, for each body that moves; empty for particles.
@@ -159,7 +159,7 @@ impl Scene {
     }
 }
 
-/// A scene: its name, what it is, and how it is made.
+/// A scene: name, description, and constructor.
 pub type Row = (&'static str, &'static str, fn() -> Scene);
 
 /// The scenes.
@@ -174,13 +174,13 @@ pub static SCENES: [Row; 8] = [
     ("rubble", "512 boxes that fall into a bowl and come to rest", || rubble(512)),
 ];
 
-/// Moments of a box of such half sides, kg·m².
+/// Moments of inertia of a box with these half sides, kg·m².
 pub fn box_inertia(mass: f64, half: [f64; 3]) -> Vec3 {
     let [x, y, z] = half.map(|half| half * half * mass / 3.0);
     Vec3::new(y + z, x + z, x + y)
 }
 
-/// Critical damping, N·s/m, of a joint between bodies that give way by so much, 1/kg, together.
+/// Critical damping, N·s/m, of a joint between bodies with total inverse mass `compliance`, 1/kg.
 pub fn critical_damping(stiffness: f64, mobility: f64) -> f64 {
     2.0 * (stiffness / mobility).sqrt()
 }

@@ -1,21 +1,22 @@
-//! What robots that sleep cost: the time of a step of some robots that turn freely, alone, and beside many that are asleep.
+//! Cost of sleeping robots: the time per step of some freely turning robots, alone, and together with many
+//! sleeping robots.
 
 use crate::kernels::Spread;
 use crate::scenes::robots;
 use std::time::Instant;
 
-/// Times of a step, s, of two worlds that are stepped by turns.
+/// Times per step, s, of two worlds stepped in turn.
 #[derive(Clone, Copy, Debug)]
 pub struct Sleeping {
     /// How many robots are awake in both worlds.
     pub awake: usize,
     /// How many more are asleep in the second.
     pub asleep: usize,
-    /// A step of the first.
+    /// Times of the first world.
     pub alone: Spread,
-    /// A step of the second.
+    /// Times of the second world.
     pub beside: Spread,
-    /// Step by step, the second's time divided by the first's.
+    /// Ratio of the second world's time to the first world's time, step by step.
     pub ratio: Spread,
 }
 

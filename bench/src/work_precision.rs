@@ -1,8 +1,10 @@
-//! `work-precision`: what a simulated second costs, against how far from the truth it ends, a curve an integrator.
+//! `work-precision`: run time per simulated second against the error of the final state, one curve per
+//! integrator.
 //!
-//! In: scenes whose end is known, and what peers measured. Out: points, as tables, CSV and log-log plots. The error is the
-//! root of the mean square distance of all bodies, at the end, from a reference; of robots that turn freely it is the
-//! largest change of a robot's energy. A point that is not usable stays, and is shown as such.
+//! Input: scenes with a known final state, and measurements of peers. Output: points, as tables, CSV and
+//! log-log plots. The error is the root mean square distance of all bodies from a reference at the end; for
+//! freely turning robots the error is the largest change of a robot's energy. Unusable points stay in the
+//! output and are marked.
 
 mod measure;
 pub mod peers;
@@ -17,10 +19,10 @@ use crate::run::named;
 use crate::{machine, write};
 use std::path::{Path, PathBuf};
 
-/// What to measure, and what to write.
+/// Options of the command.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Scenes; all if there are none.
+    /// Names of scenes; if empty, all scenes.
     #[arg(value_parser = named(&PROBLEMS, |problem| (problem.name, problem.about)))]
     pub problems: Vec<&'static Problem>,
     /// Two steps and two tolerances, once each.
@@ -40,12 +42,13 @@ pub struct Options {
     pub peers: Option<PathBuf>,
 }
 
-/// Measures, prints and writes what is asked for.
+/// Measures, prints and writes the requested results.
 pub fn run(options: &Options) -> Result<(), String> {
     all(options, &|text| println!("{text}\n"), &|path| path.display().to_string()).map(|_| ())
 }
 
-/// The same for a document in a folder, to which it links plots: what stands between its marks, by their names.
+/// The same for a document in a folder, with links to the plots: the text for the blocks between marks, by
+/// name.
 pub fn draw(options: &Options, into: &Path, figures: &Path) -> Result<Vec<(String, String)>, String> {
     let options = Options { svg: Some(figures.to_owned()), ..options.clone() };
     all(&options, &|_| (), &|path| path.strip_prefix(into).unwrap_or(path).display().to_string())

@@ -1,4 +1,4 @@
-//! What the documents say was measured is what `document` measures.
+//! The blocks that documents mark as measured are the blocks that `document` measures.
 
 use forcec_bench::document::STEPS;
 use std::collections::BTreeMap;

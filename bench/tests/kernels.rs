@@ -1,4 +1,4 @@
-//! The benchmark of kernels runs, and everybody computes the same. No time is judged.
+//! The benchmark of kernels runs, and all makers compute the same values. No time is judged.
 
 use forcec_bench::kernels::{BY_HAND, FLAGS, Plan, measure};
 use forcec_bench::modes;
@@ -25,7 +25,7 @@ fn kernels_by_hand_and_emitted_ones_are_right() {
     }
 }
 
-/// A peer's file: the emitted kernel, and what is done to its results.
+/// A peer's file: the emitted kernel, with a modification of the results.
 fn peer(formulation: &str, then: &str) -> String {
     format!(
         "/* Echo | 1.0 | {formulation} | spring | 0.5 s */\n#include \"springs.h\"\n\n\

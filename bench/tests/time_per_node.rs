@@ -3,7 +3,7 @@
 use forcec_bench::{chain, compile_all, nodes};
 use std::time::{Duration, Instant};
 
-/// Nodes, and the time it took.
+/// Number of nodes, and compile time.
 fn measure(links: usize) -> (usize, Duration) {
     let source = chain(links);
     let started = now();
@@ -14,13 +14,13 @@ fn measure(links: usize) -> (usize, Duration) {
     (nodes, time)
 }
 
-/// The time this process has had on a processor, all threads together, so that a busy machine does not fail the test;
-/// where the system does not say, the time on the wall.
+/// The processor time of this process, over all threads, so that a busy machine does not fail the test; wall
+/// time where the system does not report processor time.
 fn now() -> Duration {
     static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
     let wall = START.get_or_init(Instant::now).elapsed();
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // After the name, which may hold spaces: the 12th and 13th fields, in hundredths of a second.
+    // After the name, which may contain spaces: the 12th and 13th fields, in hundredths of a second.
     let fields = stat.rsplit_once(") ").map_or("", |(_, fields)| fields).split(' ').skip(11).take(2);
     match fields.map(str::parse::<u64>).collect::<Result<Vec<u64>, _>>() {
         Ok(ticks) if ticks.len() == 2 => Duration::from_millis(10 * ticks.iter().sum::<u64>()),
@@ -30,7 +30,7 @@ fn now() -> Duration {
 
 #[test]
 fn time_per_node_does_not_grow() {
-    // By turns, the fastest of each: a neighbour that empties the caches slows the larger one more.
+    // In turn, the fastest of each size: other processes that empty the caches slow the larger kernel more.
     let mut fastest = [(0, Duration::MAX); 2];
     for _ in 0..3 {
         for (best, links) in fastest.iter_mut().zip([220, 2200]) {

@@ -1,4 +1,5 @@
-//! The command line as a user meets it: the real program on real files, its exit codes, messages and promises.
+//! The command line from the user's side: the real program on real files, with exit codes, messages and
+//! guarantees.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,12 +10,12 @@ const SPRING: &str =
 const DRAG: &str = "#[force]\npub fn drag(p: Particle, c: Real) -> Vec3 {\n    -c * p.velocity\n}\n";
 const WRONG: &str = "#[energy]\npub fn wrong(p: Particle) -> Real {\n    p.position.nrom()\n}\n";
 
-/// A folder of one test, empty at its start.
+/// A folder for one test, empty at the start.
 struct Place {
     folder: PathBuf,
 }
 
-/// What a run left behind.
+/// The result of one run.
 struct Run {
     code: i32,
     out: String,
@@ -40,7 +41,7 @@ impl Place {
         fs::read_to_string(self.folder.join(path)).unwrap()
     }
 
-    /// The files in a folder, hidden ones too; empty where there is no such folder.
+    /// The files in a folder, including hidden files; empty if the folder does not exist.
     fn files(&self, path: &str) -> Vec<String> {
         let Ok(entries) = fs::read_dir(self.folder.join(path)) else { return Vec::new() };
         let mut names: Vec<String> =
@@ -70,7 +71,8 @@ impl Place {
         run
     }
 
-    /// Runs what is refused with exit code 2, and returns the message; nothing goes to standard output.
+    /// Runs a command that must fail with exit code 2 and print nothing to standard output; returns the
+    /// message.
     fn refused(&self, line: &str) -> String {
         let run = self.run(line);
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{line}\n{}", run.err);
@@ -78,7 +80,7 @@ impl Place {
     }
 }
 
-/// That a text has these parts, in this order.
+/// Asserts that a text contains these parts in this order.
 fn assert_has(text: &str, parts: &[&str]) {
     let mut rest = text;
     for part in parts {
@@ -87,7 +89,7 @@ fn assert_has(text: &str, parts: &[&str]) {
     }
 }
 
-/// Whether permissions bind us: they do not bind root.
+/// Whether file permissions restrict this process; permissions do not restrict root.
 fn bound_by_permissions(folder: &Path) -> bool {
     fs::write(folder.join("probe"), "").is_err()
 }
@@ -204,7 +206,8 @@ fn a_failing_build_leaves_the_old_files() {
     place.refused("build forces --out out");
     assert_eq!(place.read("out/spring.c"), old);
     assert_eq!(place.files("out"), ["forcec.h", "spring.c", "spring.h"]);
-    // A folder stands where one of the files should go: none of them is replaced, nothing is left behind.
+    // A folder has the name of one output file: no output file is replaced, and no temporary file is left
+    // behind.
     fs::remove_file(place.folder.join("forces/wrong.rs")).unwrap();
     place.write("forces/tail.rs", DRAG).write("out/tail.h/x", "");
     assert_has(&place.refused("build forces --out out"), &["cannot write `out/tail.h`"]);
@@ -235,9 +238,9 @@ fn a_place_that_cannot_be_written_is_named() {
     }
 }
 
-// ---- what is left alone
+// ---- files that are not overwritten
 
-/// Every file below a folder, with its text.
+/// Every file below a folder, with its contents.
 fn texts(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = Vec::new();
     let mut pending = vec![folder.to_owned()];
@@ -330,7 +333,7 @@ fn no_output_replaces_what_forcec_did_not_make() {
     assert_has(&build("a.rs").try_run().unwrap_err().to_string(), &["mod.rs` was not made by forcec"]);
     assert_eq!(place.files("r"), ["mine.rs", "mod.rs"]);
     fs::remove_file(place.folder.join("r/mod.rs")).unwrap();
-    // What is ours is replaced, and so is a list of what is ours, and an empty file.
+    // Generated files, a generated list of modules and empty files are replaced.
     build("a.rs").try_run().unwrap();
     place.write("r/mod.rs", "pub mod a;\n");
     build("main.rs").try_run().unwrap();
@@ -406,7 +409,8 @@ fn links_and_permissions_are_kept() {
     assert_eq!(place.files("o"), ["forcec.h", "middle.h", "spring.c", "spring.h"]);
 }
 
-/// Of builds at the same time each succeeds, and each file is whole, of one of them.
+/// Of builds that run at the same time each succeeds, and each output file comes complete from one of the
+/// builds.
 #[test]
 fn builds_into_one_folder_do_not_meet() {
     let place = Place::new("at_once");
@@ -441,7 +445,7 @@ fn builds_into_one_folder_do_not_meet() {
     }
 }
 
-/// A build that was killed leaves a file that the next one removes; what is called nearly so stays.
+/// The temporary file of a killed build is removed by the next build; files with similar names stay.
 #[cfg(unix)]
 #[test]
 fn what_killed_builds_left_is_removed() {
@@ -537,7 +541,7 @@ fn kernels_and_files_have_one_name_each() {
         ],
     );
     place.succeeds("build one two/c.rs --out out");
-    // Two files of one stem.
+    // Two files with the same stem.
     place.write("one/c.rs", SPRING.replace("spring", "other"));
     let message = place.refused("build one two/c.rs --out out2");
     assert_has(
@@ -545,7 +549,7 @@ fn kernels_and_files_have_one_name_each() {
         &["`two/c.rs` would overwrite another file of this build, `out2/c.", "= help: give the files"],
     );
     assert!(place.files("out2").is_empty());
-    // A stem that the common header has already.
+    // A stem equal to the name of the common header.
     place.write("three/forcec.rs", SPRING);
     assert_has(
         &place.refused("build three --out out2"),
@@ -623,7 +627,8 @@ fn stats_has_the_promised_schema() {
     assert_has(rows[0], &["kernel", "add", "mul", "div", "sqrt", "call", "neg", "total", "lines"]);
 }
 
-/// Formulas name all of an argument, tell of numbers as mathematics does, and say where they stop.
+/// Formulas name every argument completely, print numbers in mathematical notation, and say where they are
+/// cut off.
 #[test]
 fn formulas_are_true() {
     let place = Place::new("formulas");
@@ -648,7 +653,7 @@ fn formulas_are_true() {
     assert_has(&place.refused("show f.rs link --stage latex --explain"), &["write `--stage optimized`"]);
 }
 
-/// What is symmetric by the law of a force is said of its blocks.
+/// The documentation states which blocks of the Jacobian are symmetric by the law of a force.
 #[test]
 fn blocks_of_a_symmetric_matrix_are_related() {
     let place = Place::new("related");
@@ -658,7 +663,8 @@ fn blocks_of_a_symmetric_matrix_are_related() {
     assert_has(&place.read("k/f_blocks.c"), &["dfdv_a_a is symmetric", "dfdv_b_a = dfdv_a_bᵀ"]);
 }
 
-/// What C would not include, or take for a header of its own, is no name of a force file.
+/// A name that C cannot include, or that C would confuse with a standard header, is refused as a name of a
+/// force file.
 #[test]
 fn headers_are_told_apart() {
     let place = Place::new("headers");
@@ -682,7 +688,7 @@ fn check_reports_every_kernel() {
     let names: Vec<&str> = kernels.iter().map(|kernel| kernel["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["drag", "spring"]);
     assert!(kernels.iter().all(|kernel| kernel["passed"] == true));
-    // The verdict is about the precisions asked for.
+    // The verdict covers the requested precisions.
     let json = place.succeeds("check f --json --real f32 --mode strict").out;
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     let text = json["kernels"][1]["text"].as_array().unwrap();
@@ -691,7 +697,7 @@ fn check_reports_every_kernel() {
     let table = place.succeeds("check f --real f64,f32").out;
     assert_has(&table, &["of text", "f32", "invariants:"]);
     assert!(table.lines().all(|line| line.chars().count() <= 120), "{table}");
-    // What was not covered is part of the verdict: no state of the far family lies within the ball.
+    // The verdict reports uncovered states: no state of the far family lies within the ball.
     let ball =
         "#[energy]\npub fn ball(p: Particle) -> Real { (1000.0 - p.position.norm_squared()).sqrt() }\n";
     place.write("ball.rs", ball);
@@ -786,7 +792,7 @@ fn warnings_are_answered_or_denied() {
     assert!(!run.err.contains("norm"));
 }
 
-/// `--only` warns about the function that it names, and about what that calls.
+/// `--only` warns about the named function and about the functions that the named function calls.
 #[test]
 fn only_warns_of_what_it_names() {
     let place = Place::new("only");
@@ -919,7 +925,7 @@ fn layouts_and_preparation_go_together_or_say_why_not() {
     assert!(stats["kernels"][0]["once"].is_null());
 }
 
-// ---- what is known beforehand
+// ---- values known at compile time
 
 #[test]
 fn what_is_known_is_no_argument() {
@@ -947,7 +953,8 @@ fn what_is_known_is_no_argument() {
         assert_has(&refused(&format!("--set {wrong}")), &["is not NAME=NUMBER or NAME=[NUMBER, …]"]);
     }
     assert!(place.files("never").is_empty());
-    // A parameter called as what a layout brings is what is set; what its domain does not have is warned of.
+    // A parameter with the name of a layout input can be set; a value outside the domain of the parameter
+    // causes a warning.
     let march = "#[energy]\n#[domain(step = 0.5..2.0)]\npub fn march(p: Particle, step: Real) -> Real {\n    step * p.position.norm_squared()\n}\n";
     place.write("march.rs", march);
     let built = place.succeeds("build march.rs --out m --layout system --set step=-3");

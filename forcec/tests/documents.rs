@@ -1,6 +1,8 @@
-//! The documents: what they say was printed is what the code prints, what they tell the reader to run runs.
+//! The documents: blocks marked as printed equal the output of the code, and the commands for the reader
+//! work.
 //!
-//! A block between `<!-- printed: NAME -->` and `<!-- end -->` belongs to this test. `FORCEC_BLESS=1` prints all blocks anew.
+//! This test generates the blocks between `<!-- printed: NAME -->` and `<!-- end -->`. `FORCEC_BLESS=1`
+//! updates all blocks.
 
 #![cfg(feature = "cli")]
 
@@ -25,14 +27,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The documents with blocks that are printed here. Other blocks are printed by `forcec-bench`, which measures.
+/// The documents with blocks that this test prints. `forcec-bench`, which measures, prints the other blocks.
 const PRINTED: [&str; 5] =
     ["README.md", "ARCHITECTURE.md", "docs/language.md", "docs/lint.md", "docs/mathematics.md"];
 
 /// The force file of `docs/lint.md`.
 const GAP: &str = "examples/formulations/gap.rs";
 
-/// The kernels of the README's table.
+/// The kernels in the table of the README.
 const COUNTED: [&str; 8] = [
     "point_to_point",
     "distance",
@@ -191,7 +193,7 @@ fn function(path: &str, name: &str) -> String {
     paragraph.take(1).collect()
 }
 
-/// The head of the ball joint's kernel and the end of what computes the force.
+/// The head of the ball joint's kernel and the last statements that compute the force.
 fn kernel_excerpt() -> String {
     let compiled = compiled("constraints/joints.rs", &["point_to_point"]);
     let file = File {
@@ -267,7 +269,7 @@ fn bodies() -> String {
     table(&["body", "fields", "coordinates"], BODIES.iter().map(row))
 }
 
-/// What `--outputs` takes.
+/// The values of `--outputs`.
 fn outputs() -> String {
     let row = |(name, parts): &(&str, &[Part])| {
         let axis = |axis: Axis| if axis == Axis::Row { "[m]" } else { "[N]" };
@@ -281,7 +283,7 @@ fn outputs() -> String {
     table(&["output", "fields of `out`"], Part::CHOICES.iter().map(row))
 }
 
-/// Bounds of rounding errors and the errors, of every kernel of the library.
+/// Bounds of rounding errors and the actual errors, for every kernel of the library.
 fn rounding() -> String {
     let mut heading = vec!["kernel".to_owned()];
     for precision in [Precision::F64, Precision::F32] {
@@ -312,7 +314,7 @@ fn rounding() -> String {
     table(&heading, rows)
 }
 
-/// The methods, a table for each type.
+/// The methods, one table per type.
 fn functions() -> String {
     let rows = forcec::internals::check::reference();
     let mut types: Vec<&str> = Vec::new();
@@ -348,7 +350,7 @@ fn functions() -> String {
 const BEGIN: &str = "\n<!-- printed: ";
 const END: &str = "<!-- end -->";
 
-/// The document with every block printed anew.
+/// The document with every block printed again.
 fn reprinted(text: &str) -> String {
     let mut result = String::new();
     let mut rest = text;
@@ -380,22 +382,23 @@ fn printed_blocks_are_what_the_code_prints() {
     }
 }
 
-/// The fenced block that follows a marker: where its text begins, and the text.
+/// The fenced block after a marker: the start of its text, and the text.
 fn fence(text: &str) -> (usize, &str) {
     let start = text.find("\n```").expect("a block follows") + 1;
     let start = start + text[start..].find('\n').expect("the block begins") + 1;
     (start, text[start..].split_once("```").expect("the block ends").0)
 }
 
-/// The fenced block that follows this marker.
+/// The fenced block after this marker.
 fn block<'a>(text: &'a str, marker: &str) -> &'a str {
     let start = text.find(marker).unwrap_or_else(|| panic!("`{marker}` is there")) + marker.len();
     fence(&text[start..]).1
 }
 
-/// Does what a document tells its reader to, in an empty folder, and returns the document as it should be: files between
-/// `<!-- file: NAME -->` and the end of a block are written, `<!-- commands -->` run, and must not complain; what they print
-/// ends with the block after `<!-- output -->`; what they write stands beside the document as `<!-- made: NAME -->`.
+/// Follows the instructions of a document in an empty folder and returns the expected document. Files between
+/// `<!-- file: NAME -->` and the end of a block are written; `<!-- commands -->` are run and must succeed.
+/// The commands' output must end with the block after `<!-- output -->`; files that the commands write appear
+/// in the document as `<!-- made: NAME -->`.
 fn followed(path: &str) -> String {
     let text = read(path);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("followed").join(path);
@@ -444,7 +447,7 @@ fn followed(path: &str) -> String {
     result + rest
 }
 
-/// That a document's programs run and print what it says.
+/// Asserts that the programs of a document run and print the documented output.
 fn follow(path: &str) {
     let (text, expected) = (read(path), followed(path));
     if std::env::var_os("FORCEC_BLESS").is_some() {
@@ -471,7 +474,7 @@ fn the_programs_of_the_guide_run() {
     follow("docs/integration.md");
 }
 
-/// The force file that the reference shows is one.
+/// The example force file of the reference compiles.
 #[test]
 fn the_force_file_of_the_reference_compiles() {
     let reference = read("docs/language.md");
@@ -481,8 +484,8 @@ fn the_force_file_of_the_reference_compiles() {
     assert_eq!((compiled.names, compiled.warnings.len()), (vec!["point_to_point".to_owned()], 0));
 }
 
-/// The recipe for snapshots, followed in a crate of its own: the first run writes them, the second compares, and a change of
-/// the force file fails with the line that changed.
+/// The recipe for snapshots, followed in a separate crate: the first run writes the snapshots, the second run
+/// compares, and a change of the force file fails and shows the changed line.
 #[test]
 fn the_recipe_for_snapshots_works() {
     let document = read("docs/rust.md");
@@ -494,7 +497,8 @@ fn the_recipe_for_snapshots_works() {
     let repository = root().canonicalize().unwrap();
     let path = format!("path = \"{}/forcec\", version = \"0.1\"", repository.display());
     let dependencies = block(&document, "<!-- file: Cargo.toml -->").replace("version = \"0.1\"", &path);
-    // The version of insta that this repository uses, without its default features, is there without a network.
+    // The version of insta that this repository uses, without default features, is available without a
+    // network.
     let dependencies =
         dependencies.replace("insta = \"1\"", "insta = { version = \"1\", default-features = false }");
     let package = "[package]\nname = \"snapshots\"\nedition = \"2024\"\n\n[workspace]\n\n";
@@ -529,7 +533,8 @@ fn the_recipe_for_snapshots_works() {
     assert!(!passed && text.contains("rubber_band"), "{text}");
 }
 
-/// The anchors that GitHub and mdBook give the headings of a document: of those that are alike the later are numbered.
+/// The anchors that GitHub and mdBook generate for the headings of a document; repeated headings get a
+/// number.
 fn anchors(text: &str) -> Vec<String> {
     let mut anchors: Vec<String> = Vec::new();
     let outside = text.split("\n```").step_by(2).flat_map(str::lines);
@@ -565,7 +570,7 @@ fn links_lead_somewhere() {
     }
 }
 
-/// Every page is in the book, and nothing else.
+/// The book contains every page and no other entries.
 #[test]
 fn the_book_has_every_page() {
     let summary = read("docs/SUMMARY.md");

@@ -1,4 +1,5 @@
-//! Scene files: the example, its kernels and what it saves as snapshots; and what is said of wrong ones.
+//! Scene files: the example with its kernels and saved files as snapshots, and the messages for invalid scene
+//! files.
 //!
 //! ```text
 //! INSTA_UPDATE=always cargo test -p forcec --test scenes
@@ -19,7 +20,7 @@ fn place(name: &str, scene: &str) -> PathBuf {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::copy(example().join("gate.rs"), folder.join("gate.rs")).unwrap();
-    // Not found by a search of the folder.
+    // A search of the folder does not find this file.
     let drag = "#[force]\npub fn drag(a: Particle) -> Vec3 { -a.velocity }\n";
     std::fs::write(folder.join("drag.force"), drag).unwrap();
     std::fs::write(folder.join("scene.toml"), scene).unwrap();
@@ -69,7 +70,7 @@ fn the_example() {
     assert_eq!(names.len(), 7, "{names:?}");
 }
 
-/// A build script writes what the command line writes, where it is told to.
+/// A build script writes the same files as the command line, into the folder of its choice.
 #[test]
 fn build_scripts_take_scenes() {
     let folder = place("script", &std::fs::read_to_string(example().join("gate.toml")).unwrap());
@@ -105,7 +106,8 @@ fn build_scripts_take_scenes() {
     assert!(error.to_string().contains("did you mean `hinge`?"), "{error}");
 }
 
-/// An integrator says which kernels there are; equal ones are written once, and the command's own target goes first.
+/// The integrator determines the list of kernels; equal kernels are written once, and the target of the
+/// command line has priority.
 #[test]
 fn an_integrator_decides() {
     let entry = "[[kernel]]\nfunction = \"weight\"\n";
@@ -123,7 +125,8 @@ fn an_integrator_decides() {
     assert_eq!(written, ["gate.rs", "gate_product.rs"]);
 }
 
-/// What holds for the whole scene holds for the functions that it fits, and what a kernel states goes before it.
+/// Settings of the whole scene apply to the functions that accept them, and settings of a kernel have
+/// priority.
 #[test]
 fn a_kernel_goes_before_its_scene() {
     let scene = "forces = [\"gate.rs\"]\nintegrator = \"explicit\"\nfixed = [\"post\"]\nset = { damping = 0.0 }\n\
@@ -201,7 +204,7 @@ fn wrong_scenes() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("a scene says itself"), "{output:?}");
 }
 
-/// The table of a packed kernel is a name in C like that of any kernel.
+/// The table of a packed kernel is a C name that may collide with the name of a kernel.
 #[test]
 fn tables_meet_kernels() {
     let scene = "forces = [\"p.rs\"]\nout = \"k\"\n[[kernel]]\nfunction = \"p\"\nlayout = \"packed\"\n\

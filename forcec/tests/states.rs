@@ -1,4 +1,4 @@
-//! The states of a check: every arm of every branch is reached, at whatever scale the function has its numbers.
+//! The states of a check reach every arm of every branch, for numbers of any scale in the function.
 
 use forcec::internals::compile::{Request, Stages, compile};
 use forcec::internals::math::exact::Exact;

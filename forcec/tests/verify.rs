@@ -1,4 +1,4 @@
-//! The verifier on kernels built by hand: right ones pass, and every flipped sign is caught and named.
+//! The verifier on hand-built kernels: correct kernels pass, and every flipped sign is found and named.
 
 use forcec::Precision;
 use forcec::internals::kernel::Kernel;
@@ -19,7 +19,7 @@ use forcec::internals::verify::{self, CheckOptions, Family, Mutation, Printed, R
 const V3: ParameterType = ParameterType::Vector(3);
 const REAL: ParameterType = ParameterType::Real;
 
-/// A function to be written into a graph, simplifying or verbatim.
+/// A function for a graph, with or without simplification.
 struct Sample {
     name: &'static str,
     bodies: Vec<BodyKind>,
@@ -353,7 +353,7 @@ fn all() -> Vec<Sample> {
     ]
 }
 
-/// Many seeds: a check that is right raises no alarm at any of them.
+/// Many seeds: a correct kernel raises no false alarm at any seed.
 #[test]
 fn no_seed_raises_an_alarm() {
     for seed in 100..102 {
@@ -380,7 +380,7 @@ fn right_kernels_pass() {
         assert!(report.states() >= 100, "{}", report.table());
         let uncovered: Vec<Family> =
             report.coverage.iter().filter(|c| !c.is_covered()).map(|c| c.family).collect();
-        // Without slip the norm of the drag's slip has no derivative.
+        // The norm of the drag's slip is not differentiable at zero slip.
         assert_eq!(uncovered, if report.kernel == "drag" { vec![Family::Rest] } else { vec![] });
     }
 }
@@ -404,9 +404,9 @@ fn physics_is_asked_in_the_right_sense() {
     // The damping of a ball joint leaves the torque −d × f.
     check(ball(), [holds, at_rest, holds, holds, at_rest]);
     check(distance(), [holds, holds, holds, holds, at_rest]);
-    // Stiffness along the axes of the world knows directions.
+    // Stiffness along the axes of the world depends on directions.
     check(per_row(), [holds, not, not, holds, at_rest]);
-    // A floor knows where down is.
+    // A floor depends on the direction of gravity.
     check(floor(), [not, not, not, holds, at_rest]);
     check(neo_hookean(), [holds, holds, holds, (NotApplicable, ""), holds]);
     check(tilt(), [(Holds, "along x, y"), (Holds, "along z"), not, (NotApplicable, ""), holds]);
@@ -421,7 +421,8 @@ fn mutant(source: &Definition, program: &Program, mutation: Mutation) -> Report 
 
 #[test]
 fn every_flipped_sign_is_caught() {
-    // All of the spring's, and every seventh of the others; all 1,700 of them are caught, which takes a minute.
+    // All signs of the spring, and every seventh sign of the other kernels; all 1,700 signs are found too, in
+    // a minute.
     for (sample, stride) in [(spring(), 1), (ball(), 7), (neo_hookean(), 29), (floor(), 1)] {
         let (source, program) = (sample.source(), sample.program());
         for mutation in verify::mutations(&program).into_iter().step_by(stride) {
@@ -462,7 +463,7 @@ fn the_seed_decides_everything() {
     assert_ne!(run(7), run(8));
 }
 
-/// The gradient of another function is not this one's, however small the difference.
+/// The gradient of another function fails, however small the difference.
 #[test]
 fn another_function_fails() {
     let [ks, kd] = GAINS;
@@ -477,12 +478,13 @@ fn another_function_fails() {
         &CheckOptions { seed: 1, states: 2 },
     );
     assert!(!report.passed);
-    // Its own differences and its physics are in order: only the source tells.
+    // The kernel's own differences and physics are consistent: only the comparison with the source finds the
+    // error.
     assert_eq!(report.differences.disagree, 0);
     assert!(report.invariants.iter().all(|i| i.verdict != Verdict::Violated));
 }
 
-/// A kernel that returns NaN where the mathematics is finite fails, though no error bound tells.
+/// A kernel that returns NaN at a finite value fails, although no error bound detects a NaN.
 #[test]
 fn no_number_is_no_answer() {
     let energy = |root: bool| {
@@ -507,7 +509,7 @@ fn no_number_is_no_answer() {
     assert!(report.json().contains("\"NaN\""));
 }
 
-/// A function without a regular state says so instead of passing.
+/// A function without a regular state gives a message instead of passing.
 #[test]
 fn nothing_checked_is_a_failure() {
     let nowhere = sample("nowhere", &[BodyKind::PARTICLE], &[], |g| {
@@ -522,7 +524,7 @@ fn nothing_checked_is_a_failure() {
     assert!(report.table().contains("is not covered"));
 }
 
-/// Stiffness up to 1e10: differences in doubles may not cry wolf.
+/// Stiffness up to 1e10: differences in doubles must not raise false alarms.
 #[test]
 fn stiff_kernels_raise_no_false_alarm() {
     for seed in 0..4 {
@@ -535,7 +537,7 @@ fn stiff_kernels_raise_no_false_alarm() {
     }
 }
 
-/// A kernel from the text of its function, by the whole pipeline, and what the check says of it.
+/// A kernel from the text of its function, by the whole pipeline, and the report of its check.
 fn checked(text: &str) -> Report {
     let source = forcec::internals::source::span::Source::new("force.rs", text);
     let compiled = forcec::internals::compile::compile(&source, &|_| true, forcec::Effort::Default)
@@ -545,8 +547,9 @@ fn checked(text: &str) -> Report {
     verify::check(&subject, &CheckOptions::default())
 }
 
-/// A cosine of 10¹¹ and more, whose argument is off by more than its period: differences over whole periods agree
-/// with each other and with nothing else. They are unresolved, and do not contradict a kernel that is right.
+/// A cosine of 10¹¹ and more, whose argument has an error larger than the period: differences over whole
+/// periods agree only with each other. Such differences are unresolved, and do not contradict a correct
+/// kernel.
 #[test]
 fn differences_know_periods() {
     for body in
@@ -562,8 +565,8 @@ fn differences_know_periods() {
     assert!(checked(wave).differences.unresolved > 100);
 }
 
-/// Without stiffness a contact at rest stands on the switch between pushing and nothing, where the derivative of either side is
-/// right: such states are singular, and the others are checked.
+/// Without stiffness a contact at rest lies on the switch between contact and no contact, where the
+/// derivative of either side is correct: such states are singular, and the other states are checked.
 #[test]
 fn what_stands_on_a_switch_is_singular() {
     let rows = "#[constraint(unilateral)]\nfn floor(p: Particle, q: Particle) -> Real { p.position.z - q.position.x }\n";
@@ -586,7 +589,8 @@ fn what_stands_on_a_switch_is_singular() {
     }
 }
 
-/// Where rounding may reach the largest entry, agreement says nothing: no figure is shown, and the verdict says so.
+/// Where rounding may reach the largest entry, agreement proves nothing: no figure is shown, and the verdict
+/// says so.
 #[test]
 fn what_rounding_hides_is_not_covered() {
     let lets: String = (1..=60).map(|k| format!("let x{k} = x{0} * x{0}.sin();\n", k - 1)).collect();
@@ -620,7 +624,7 @@ fn library() -> Vec<forcec::internals::compile::Stages> {
     functions
 }
 
-/// At a few states each.
+/// The same with few states per family.
 #[test]
 fn the_library_passes() {
     let check = |function: &forcec::internals::compile::Stages| {
@@ -632,8 +636,8 @@ fn the_library_passes() {
     assert!(reports.iter().all(|report| report.passed), "{}", verify::table(&reports));
 }
 
-/// Two independent ways to the same derivatives: dual numbers, and differences, both of the source as written. In 320 bits
-/// they agree to all digits of a double, in doubles within what rounding may do.
+/// Two independent ways to the same derivatives of the source as written: dual numbers and differences. In
+/// 320 bits the results agree to all digits of a double, in doubles up to rounding errors.
 #[test]
 fn dual_numbers_agree_with_differences() {
     let mut compared = 0;
@@ -661,7 +665,8 @@ fn dual_numbers_agree_with_differences() {
     assert!(compared > 10_000, "{compared} entries");
 }
 
-/// The text is evaluated operation by operation, as rustc does it: a quotient is one division, a power a chain of products.
+/// The text is evaluated operation by operation, as in rustc: a quotient is one division, a power a chain of
+/// products.
 #[test]
 fn the_text_is_evaluated_as_written() {
     macro_rules! by_hand {
@@ -716,7 +721,8 @@ fn walls(g: &mut Graph, expanded: bool) -> Law {
     Law::Force(forces.collect())
 }
 
-/// What a check says of a program as it is printed in single precision; `change` is what becomes of its outputs.
+/// The report of a check of a program printed in single precision; `change` modifies the outputs of the
+/// program.
 fn judged(sample: &Sample, program: &Program, change: fn(&mut [f64])) -> Report {
     let style = Style { strict: true, fma: false, single: false, adds: false };
     let kernel = Kernel::dense("k".into(), vec![], vec![], schedule(program, style));
@@ -731,7 +737,8 @@ fn judged(sample: &Sample, program: &Program, change: fn(&mut [f64])) -> Report 
     verify::check_printed(&subject, &printed, &CheckOptions::default())
 }
 
-/// A kernel that loses digits that its source keeps fails, though it is right within its own bound; the state is shown.
+/// A kernel that loses digits kept by its source fails, although its error is within its own bound; the state
+/// is shown.
 #[test]
 fn a_kernel_worse_than_its_text_fails() {
     let kinds = [BodyKind::PARTICLE; 4];
@@ -754,7 +761,7 @@ fn a_kernel_worse_than_its_text_fails() {
     assert!(report.json().contains("\"precision\": \"f32\""));
 }
 
-/// What is finite in the text is finite in the kernel.
+/// Values that are finite in the text are finite in the kernel.
 #[test]
 fn a_kernel_that_is_not_finite_where_its_text_is_fails() {
     let written = spring();

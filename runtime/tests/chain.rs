@@ -56,12 +56,12 @@ fn energies(world: &World, bodies: &[Body]) -> (f64, f64) {
     (total - potential, total)
 }
 
-/// Positions after a time, or nothing if a step was discarded or energy grew by more than one part in a hundred of the
-/// larger of what it was and the range of kinetic and elastic energy.
+/// Positions after a time; `None` if a step was discarded or energy grew by more than one percent of the
+/// larger of the initial energy and the range of kinetic and elastic energy.
 fn run(stiffness: f64, h: f64, time: f64, integrator: Integrator) -> Option<Vec<Vec3>> {
     let (mut world, bodies) = chain(10, stiffness, 1.0);
     world.settings.integrator = integrator;
-    // What is looked for is where energy grows.
+    // The test looks for growth of energy.
     world.settings.energy_growth = 1e6;
     world.settings.tolerance = 1e6;
     let (moving, start) = energies(&world, &bodies);
@@ -87,7 +87,8 @@ fn distance(a: &[Vec3], b: &[Vec3]) -> f64 {
     (sum / (a.len() - 1) as f64).sqrt()
 }
 
-/// The largest step with which a time passes, all smaller ones of a geometric row doing so too.
+/// The largest step that passes for a given time, such that all smaller steps of a geometric sequence pass
+/// too.
 fn largest(stiffness: f64, time: f64, integrator: Integrator) -> f64 {
     let mut h = 1e-3;
     while run(stiffness, 1.05 * h, time, integrator).is_some() && h < 0.1 {
@@ -115,7 +116,7 @@ fn the_default_integrator_is_stable_and_accurate() {
     assert!(error <= 2e-4);
 }
 
-/// What bodies turn in a step is no stretch of their joints: stages converge however stiff these are.
+/// Rotation of bodies within a step does not stretch joints: stages converge at any joint stiffness.
 #[test]
 fn long_steps_of_stiff_joints_are_good() {
     let truth = {
@@ -154,7 +155,7 @@ fn orders_of_convergence() {
     }
 }
 
-/// A stiff joint takes from the velocities of a method that balances forces at stages alone.
+/// A stiff joint damps the velocities of a method that balances forces only at stages.
 #[test]
 fn generalised_alpha_keeps_energy() {
     let [alpha, sdirk] = [Integrator::GeneralizedAlpha, Integrator::Sdirk2].map(|integrator| {
@@ -170,7 +171,8 @@ fn generalised_alpha_keeps_energy() {
     assert!(alpha < 0.2 * sdirk);
 }
 
-/// A swing far faster than the steps is left 0.6 of at each, as the square of the number of steps grows.
+/// A swing far faster than the steps keeps a factor of 0.6 per step; over more steps it decays with the
+/// square of the number of steps.
 #[test]
 fn generalised_alpha_damps_the_fastest() {
     #[energy]

@@ -1,4 +1,4 @@
-//! Contact: what rests, slides, rolls, falls and sleeps.
+//! Contact: bodies that rest, slide, roll, fall and sleep.
 
 #![cfg(feature = "collision")]
 
@@ -185,7 +185,7 @@ fn rubble(count: usize) -> (Scene, Vec<Body>) {
         Vector::new(8.0, 1.0, 8.0),
         HeightFieldFlags::FIX_INTERNAL_EDGES,
     );
-    // Its heights stand along y.
+    // The heights of the field are along y.
     let upright = Pose::from_parts(Vector::ZERO, Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2));
     scene.collisions.add_at(ground, upright, field, Surface { friction: 0.8, ..Surface::default() });
     let bodies = (0..count).map(|k| {
@@ -242,7 +242,7 @@ fn what_moves_wakes_what_it_touches() {
     assert_eq!(sleepers(&scene), [false, false, true]);
     assert!(scene.state(pile).position.x > before.position.x);
 
-    // What goes takes its contacts along, and what stood on it falls.
+    // Removing a body removes its contacts, and bodies on top fall.
     scene.world.remove_body(ball).unwrap();
     scene.run(3.0);
     assert_eq!(sleepers(&scene), [true; 3]);

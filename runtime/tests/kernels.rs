@@ -1,5 +1,5 @@
-//! What the macros leave in a program: functions to call, kernels beside them, and the traits that tie these together. All
-//! of it without a warning.
+//! Code that the macros generate in a program: callable functions, kernels in modules, and the traits that
+//! connect functions and kernels. All generated code compiles without a warning.
 
 #![cfg(feature = "macros")]
 #![deny(warnings, clippy::all)]
@@ -7,7 +7,7 @@
 use forcec_runtime::{Bodies, BodyKind, Kernel, Linear, Parameters};
 
 mod alone {
-    // Only what the function itself needs is imported.
+    // Only the names that the function itself needs are imported.
     use forcec_runtime::prelude::{Particle, Real, constraint, domain};
 
     #[domain(rest_length = 0.1..2.0)]
@@ -16,7 +16,7 @@ mod alone {
         (p1.position - p0.position).norm() - rest_length
     }
 
-    // A private function, whose kernel nobody uses.
+    // A private function with an unused kernel.
     #[constraint(real = f32, unilateral)]
     fn floor(p: Particle) -> Real {
         p.position.z
@@ -29,7 +29,8 @@ mod alone {
     }
 }
 
-/// Kernels of options: of all that the runtime calls and of what it does not, used and unused.
+/// Kernels with options: with results that the runtime calls and with results that it ignores, used and
+/// unused.
 mod chosen {
     use super::*;
     use forcec_runtime::prelude::*;
@@ -69,7 +70,7 @@ mod chosen {
         assert_eq!(out.matrix[0][0], [-0.25; 4]);
     }
 
-    /// What is known of a constraint is also known where a world measures it.
+    /// Parameters set to constants also apply where a world measures the energy of a constraint.
     #[test]
     fn energy_knows_what_is_set() {
         type Known = known_set_stiffness_damping::Output;
@@ -168,7 +169,7 @@ fn kernels_are_evaluated_in_place() {
     assert_eq!(fields::rail_f32::FREEDOMS, 6);
 }
 
-/// F alone, and F with the matrix of a step, are those of the whole kernel.
+/// Asserts that F alone, and F with the matrix of a step, equal the results of the whole kernel.
 fn agree<K: Kernel<Real = f64>>(bodies: &Bodies<'_, f64>, indices: K::Indices, params: &K::Params) {
     let (mut whole, mut force, mut step) = (K::default(), K::Force::default(), K::Step::default());
     whole.evaluate(bodies, indices, params);
@@ -176,7 +177,7 @@ fn agree<K: Kernel<Real = f64>>(bodies: &Bodies<'_, f64>, indices: K::Indices, p
     let alone = K::evaluate_force(&mut force, bodies, indices, params);
     assert!(alone.iter().zip(whole.force()).all(|(a, b)| near(*a, *b)), "{}", K::NAME);
     let h = 0.25;
-    // With λ itself it is the whole kernel's matrix; λ stands in the answer.
+    // At the kernel's own λ the matrix equals the matrix of the whole kernel; the kernel returns λ.
     let any = vec![0.0; K::ROWS];
     let multipliers = K::evaluate_step(&mut step, bodies, indices, params, h, &any).multipliers.to_vec();
     assert_eq!(multipliers.len(), K::ROWS);
@@ -187,7 +188,7 @@ fn agree<K: Kernel<Real = f64>>(bodies: &Bodies<'_, f64>, indices: K::Indices, p
     assert_eq!(matrix.len(), K::FREEDOMS * K::FREEDOMS);
     let sums = whole.dfdv().iter().zip(whole.dfdx()).map(|(v, x)| h * v + h * h * x);
     assert!(matrix.iter().zip(sums).all(|(a, b)| near(*a, b)), "{}", K::NAME);
-    // It grows with multipliers in proportion.
+    // The matrix is an affine function of the multipliers.
     let own = matrix.to_vec();
     let twice: Vec<f64> = multipliers.iter().map(|x| 2.0 * x).collect();
     let twice = K::evaluate_step(&mut step, bodies, indices, params, h, &twice).matrix.to_vec();
@@ -227,7 +228,8 @@ fn single_precision_is_single_throughout() {
     assert_eq!(out.force, [0.0, 0.0, -19.62_f32]);
 }
 
-/// Functions that `macro_rules!` makes: what they are given stays one value, and types, names and visibilities come through.
+/// Functions that `macro_rules!` generates: an argument expression stays one value, and types, names and
+/// visibilities are preserved.
 mod by_macros {
     use forcec_runtime::prelude::*;
 
@@ -282,7 +284,7 @@ mod by_macros {
     }
 }
 
-/// Warnings of forcec are answered by names that rustc does not know.
+/// Warnings of forcec are allowed with lint names unknown to rustc.
 mod answered {
     use forcec_runtime::prelude::*;
 
@@ -310,7 +312,7 @@ mod answered {
     }
 }
 
-/// What nalgebra lacks.
+/// Functions that nalgebra lacks.
 #[test]
 fn functions_of_the_language() {
     use forcec_runtime::prelude::*;

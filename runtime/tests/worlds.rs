@@ -1,4 +1,5 @@
-//! Worlds of several islands: they join, fall apart, sleep, wake, stand still and are saved, and none touches another.
+//! Worlds of several islands: islands merge, split, sleep, wake, rest and are saved without an effect on
+//! other islands.
 
 #![cfg(feature = "macros")]
 
@@ -19,13 +20,13 @@ fn spring(a: Particle, b: Particle, rest: Real) -> Real {
     (b.position - a.position).norm() - rest
 }
 
-/// A particle on a body.
+/// A particle fixed to a body.
 #[constraint(real = f64)]
 fn hold(p: Particle, b: Rigid, arm: Vec3) -> Vec3 {
     (b.position - p.position) + b.orientation * arm
 }
 
-/// A body held still.
+/// A force that brakes a body.
 #[force(real = f64)]
 fn brake(a: Rigid) -> Wrench {
     Wrench { force: -a.velocity, torque: -a.angular_velocity }
@@ -34,7 +35,7 @@ fn brake(a: Rigid) -> Wrench {
 const JOINT: ball::Params =
     ball::Params { arm_a: [0.5, 0.0, 0.0], arm_b: [-0.5, 0.0, 0.0], stiffness: 1e5, damping: 100.0 };
 
-/// A chain of rods that hangs in the air at some height, and its joints.
+/// A chain of rods hanging at a given height, and the joints of the chain.
 fn chain(world: &mut World, rods: usize, height: f64) -> (Vec<Body>, Vec<Force>) {
     let motion = Motion::Dynamic(1.0, Vec3::new(0.02, 0.1, 0.1));
     let rod = |k: usize| Rigid {
@@ -68,7 +69,7 @@ fn an_island_does_not_notice_the_others() {
     chain(&mut world, 3, 10.0);
     let (bodies, _) = chain(&mut world, 5, 0.0);
     let (others, _) = chain(&mut world, 4, 20.0);
-    // One that no step is good for.
+    // A force for which every step size fails.
     let params = ball::Params { arm_a: [1e300; 3], stiffness: 1e300, ..JOINT };
     world.add(params, [others[0], others[3]]).unwrap();
     let report = world.step(5e-3).unwrap();
@@ -95,24 +96,24 @@ fn islands_join_and_fall_apart() {
     assert_eq!(world.rigid(right[1]), Err(Error::UnknownHandle));
     assert_eq!(world.remove_force(joints[0]), Err(Error::UnknownHandle));
     assert_eq!(world.step(1e-3).unwrap().awake, 3);
-    // Handles of what is left still name the same bodies.
+    // Handles of the remaining bodies still name the same bodies.
     assert!((world.rigid(right[3]).unwrap().position.x - 3.0).abs() < 0.1);
     assert_eq!(world.force_count(), 3);
 
-    // What is added takes the place of what was removed, under another handle.
+    // A new body reuses the storage of a removed body under a different handle.
     let again = world.add_rigid(Rigid::default(), Motion::Dynamic(1.0, Vec3::repeat(1.0))).unwrap();
     assert_ne!(again, right[1]);
     assert_eq!(world.rigid(right[1]), Err(Error::UnknownHandle));
     assert!(world.rigid(again).is_ok());
 
-    // A force needs a body that it moves.
+    // A force needs at least one dynamic body.
     let fixed = [0, 1].map(|_| world.add_rigid(Rigid::default(), Motion::Kinematic).unwrap());
     assert_eq!(world.add(JOINT, fixed), Err(Error::NothingMoves("ball")));
 }
 
 #[test]
 fn a_world_changed_on_the_way_steps_as_one_made_so() {
-    // Removing what was added leaves nothing behind.
+    // Adding and then removing bodies leaves no trace.
     let mut world = World::default();
     let (bodies, _) = chain(&mut world, 5, 0.0);
     let mut changed = World::default();
@@ -164,7 +165,7 @@ fn what_sleeps_stands_still_until_something_moves_it() {
     asleep(&mut world);
     world.set_rigid(hand, Rigid { velocity: Vec3::x(), ..Rigid::default() }).unwrap();
     awake(&mut world);
-    // It moves on, so the island does not go back to sleep.
+    // The body keeps moving, so the island does not go back to sleep.
     world.sleep(bodies[1]).unwrap();
     awake(&mut world);
 }
@@ -225,7 +226,7 @@ fn solvers_agree() {
 
 #[test]
 fn a_solver_that_breaks_down_says_so() {
-    // A spring under pressure in a soft world is no system for conjugate gradients.
+    // The system matrix of a compressed spring in a soft world is not suitable for conjugate gradients.
     let step = |solver: Solver| {
         let mut world = World::default();
         world.settings.solver = solver;
@@ -275,7 +276,7 @@ fn blocks_of_three_and_of_six_agree() {
             .unwrap();
         world.add(spring::Params { rest: 1.0, stiffness: 1e4, damping: 10.0 }, [pin, end]).unwrap();
         if with_body {
-            // So light that it is not felt.
+            // A mass too small to affect the other bodies.
             let motion = Motion::Dynamic(1e-12, Vec3::repeat(1e-12));
             let body = world.add_rigid(Rigid { position, ..Rigid::default() }, motion).unwrap();
             let params = hold::Params { arm: [0.0; 3], stiffness: 1e-9, damping: 0.0 };
@@ -347,7 +348,7 @@ fn energy_is_that_of_bodies_springs_and_gravity() {
     assert!((report.energy - 49.0).abs() < 1e-3 && (report.gap - 0.5).abs() < 1e-3);
 }
 
-/// Where energy may not be lost, what a force takes is no loss.
+/// In tests for energy loss, the energy removed by a force does not count as a loss.
 #[test]
 fn a_brake_may_take_energy() {
     for load in [0.0, -2.0] {
@@ -370,7 +371,7 @@ fn a_saved_world_goes_on_bit_for_bit() {
     use forcec_runtime::{Kernels, Saved};
     let kernels = Kernels::new().with::<ball::Output>().with::<brake::Output>();
     let mut text = String::new();
-    // What the second keeps from step to step is saved too.
+    // The state that the second step reuses from the first step is saved too.
     for integrator in [Integrator::Sdirk2, Integrator::GeneralizedAlpha] {
         let mut world = World::default();
         world.gravity = Vec3::new(0.0, 0.0, -9.81);

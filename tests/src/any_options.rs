@@ -1,4 +1,4 @@
-//! Any options for any text: what is drawn is not always possible, and is then refused.
+//! Random options for any text: a drawn combination may be invalid, and is then refused.
 //!
 //! One file for the random tests and the fuzz targets, which name it by its path.
 

@@ -1,7 +1,8 @@
-//! States with what a kernel must answer there, and how far an answer is off.
+//! States with the expected results of a kernel, and the errors of computed results.
 //!
-//! In: a compiled force function. Out: states of order one from the check's own generator: random ones, at rest, and with
-//! identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit arithmetic.
+//! Input: a compiled force function. Output: states of order one from the generator of the check: random
+//! states, states at rest, and states with identity orientations; each with F, ∂F/∂X and ∂F/∂V from 320-bit
+//! arithmetic.
 
 use crate::{ForceFile, Random, pipe};
 use forcec::internals::compile::Stages;
@@ -14,58 +15,62 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 
-/// States a kernel and precision.
+/// Number of states per kernel and precision.
 pub const STATES: usize = 20;
 
 /// The seed of all states.
 const SEED: u64 = 7;
 
-/// Draws of a one-sided constraint before a state at which nothing pushes is taken.
+/// Number of draws for a one-sided constraint before a state with zero force is accepted.
 const PASSIVE_DRAWS: usize = 40;
 
-/// The oracle's work a kernel, in additions of 320 bits, beyond which the program in 320 bits stands in for the source.
+/// Work limit of the oracle per kernel, in 320-bit additions. Above this limit the program in 320 bits
+/// replaces the source as the reference.
 const BUDGET: u64 = 10_000_000;
 
-/// Beyond this a state is not ordinary: the outputs leave the range of floats.
+/// States with larger results are rejected, because the outputs leave the range of floats.
 const LARGEST: f64 = 1e30;
 
-/// What the one-sided quotients of the oracle leave, relative to what they are made of: 2⁻¹⁰⁴ and some. In floats, what
-/// underflows.
+/// Error of the oracle's one-sided difference quotients relative to their operands: about 2⁻¹⁰⁴. In floats
+/// also the allowance for underflow.
 const SLACK: f64 = 1e-28;
 
-/// Errors above the tolerance are compared with what a change of the inputs in their last place does, times this.
+/// Errors above the tolerance are compared with this factor times the effect of changing the inputs in the
+/// last place.
 const OF_CONDITION: f64 = 4.0;
 
-/// One state and the answer.
+/// One state and the expected results.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What kind of state it is.
+    /// Family of the state.
     pub family: Family,
     /// The arguments in memory order.
     pub inputs: Vec<f64>,
     /// The outputs in memory order.
     pub expected: Vec<f64>,
-    /// How far rounding in doubles may take each output.
+    /// Bound of the rounding error of each output in doubles.
     pub bounds: Vec<f64>,
 }
 
-/// What the expected outputs are taken from.
+/// Source of the expected outputs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reference {
     /// The source as written, differentiated by differences in 320 bits.
     Source,
-    /// The program, which checks compare with the source elsewhere, in 320 bits.
+    /// The program in 320 bits; other checks compare the program with the source.
     Program,
 }
 
-/// [`STATES`] states of a kernel. In single precision the inputs are rounded to floats first, and since a rounded quaternion
-/// is off length one by what derivatives may ignore, the answer is the program's.
+/// [`STATES`] states of a kernel. In single precision the inputs are rounded to floats first. A rounded
+/// quaternion does not have length one, and derivatives may ignore that deviation, so the expected result
+/// comes from the program.
 pub fn cases(function: &Stages, precision: Precision, reference: Reference) -> Vec<Case> {
     let cases = draw(function, precision, reference, STATES);
     cases.unwrap_or_else(|| panic!("{}: no regular states", function.definition.name))
 }
 
-/// So many states of a kernel, each with what its program computes; none if it has no regular states.
+/// `count` states of a kernel, each with the results of its program; `None` if the kernel has no regular
+/// states.
 pub fn try_cases(function: &Stages, precision: Precision, count: usize) -> Option<Vec<Case>> {
     draw(function, precision, Reference::Program, count)
 }
@@ -80,7 +85,8 @@ fn draw(function: &Stages, precision: Precision, reference: Reference, count: us
     while cases.len() < count {
         let mut family = Family::ALL[[0, 0, 1, 2][cases.len() % 4]];
         if draws > 20 * STATES {
-            // A function may be singular wherever nothing moves, or wherever nothing is turned.
+            // A function may be singular at every state at rest, or at every state with identity
+            // orientations.
             family = Family::Random;
         }
         if draws >= 60 * STATES + PASSIVE_DRAWS * STATES {
@@ -89,7 +95,7 @@ fn draw(function: &Stages, precision: Precision, reference: Reference, count: us
         draws += 1;
         let mut inputs = probe.draw(family, SEED, draws);
         let expected = match precision {
-            // Where the source is dear, a few states are still its own.
+            // Where the source is expensive to evaluate, only a few states use the source as the reference.
             Precision::F64 if reference == Reference::Source && (!dear || cases.len() < 3) => {
                 let Some(truth) = probe.truth(&inputs) else { continue };
                 if !truth.pushes && cases.len() % 2 == 0 && passive < PASSIVE_DRAWS * STATES {
@@ -116,31 +122,32 @@ fn draw(function: &Stages, precision: Precision, reference: Reference, count: us
     Some(cases)
 }
 
-/// How far one answer is off.
+/// The error of one result.
 #[derive(Clone, Debug)]
 pub struct Miss {
-    /// The kernel.
+    /// Name of the kernel.
     pub kernel: String,
-    /// The array.
+    /// The output array.
     pub array: Part,
-    /// The entry of it that is furthest off.
+    /// The entry of the array with the largest error.
     pub entry: String,
-    /// What kind of state it is.
+    /// Family of the state.
     pub family: Family,
-    /// What the entry must be.
+    /// Expected value of the entry.
     pub expected: f64,
-    /// What it is.
+    /// Computed value of the entry.
     pub computed: f64,
     /// The error relative to the largest entry of the array.
     pub relative: f64,
-    /// The largest change of the array, relative to its largest entry, when inputs change in their last place; measured
-    /// where the error is above the tolerance.
+    /// The largest change of the array, relative to its largest entry, when inputs change in the last place;
+    /// measured only where the error exceeds the tolerance.
     pub condition: Option<f64>,
     /// The state.
     pub inputs: Inputs,
 }
 
-/// How far an array may be off, relative to its largest entry, unless its inputs' last place matters more.
+/// Allowed error of an array relative to its largest entry, unless the last place of the inputs has a larger
+/// effect.
 fn tolerance(precision: Precision) -> f64 {
     match precision {
         Precision::F64 => 1e-13,
@@ -148,7 +155,7 @@ fn tolerance(precision: Precision) -> f64 {
     }
 }
 
-/// The entry of each array that is furthest off at one state.
+/// The entry of each array with the largest error at one state.
 pub fn misses(function: &Stages, precision: Precision, case: &Case, computed: &[f64]) -> Vec<Miss> {
     assert_eq!(case.expected.len(), computed.len());
     let slack = SLACK * case.inputs.iter().chain(&case.expected).fold(1.0, |most, x| x.abs().max(most));
@@ -187,7 +194,7 @@ pub fn misses(function: &Stages, precision: Precision, case: &Case, computed: &[
     worst
 }
 
-/// Runs a program of [`crate::driver`] over all kernels of a file, and says how far each is off.
+/// Runs a program of [`crate::driver`] over all kernels of a file and returns the errors of each kernel.
 pub fn compare(
     file: &ForceFile,
     program: &Path,
@@ -217,7 +224,7 @@ pub fn compare(
     found
 }
 
-/// The inputs that a kernel is given: all but the parameters whose value it knows.
+/// The inputs that a kernel receives: all inputs except parameters with a known value.
 pub fn given(signature: &Signature, inputs: &[f64]) -> Vec<f64> {
     let fields = signature.bodies.iter().flat_map(|body| body.kind.row().fields);
     let (bodies, mut rest) = inputs.split_at(fields.map(|field| field.length as usize).sum());
@@ -230,8 +237,8 @@ pub fn given(signature: &Signature, inputs: &[f64]) -> Vec<f64> {
     given
 }
 
-/// The largest change of some outputs when every input that is not zero moves to a number next to it, up or down at random:
-/// what rounding the inputs once does, and no arithmetic can do better.
+/// The largest change of some outputs when every nonzero input moves to an adjacent number, up or down at
+/// random: the effect of rounding the inputs once, a lower limit of the error in any arithmetic.
 fn condition(probe: &Probe, precision: Precision, case: &Case, entries: &[usize]) -> f64 {
     let mut random = Random::new(SEED);
     let before = probe.program(&case.inputs);
@@ -254,7 +261,8 @@ fn condition(probe: &Probe, precision: Precision, case: &Case, entries: &[usize]
 }
 
 impl Miss {
-    /// Whether the error is more than so many times the tolerance and more than rounding the inputs explains.
+    /// Whether the error exceeds `slack` times the tolerance and also the error that rounding the inputs
+    /// explains.
     pub fn fails(&self, precision: Precision, slack: f64) -> bool {
         let allowed =
             (slack * tolerance(precision)).max(slack * OF_CONDITION * self.condition.unwrap_or(0.0));
@@ -263,9 +271,10 @@ impl Miss {
     }
 }
 
-/// Prints the worst kernels, and panics if an array is off by more than 1e-13 (doubles) or 1e-5 (floats) of its largest
-/// entry, unless moving the inputs to the next number changes the array by a quarter of the error: then the state is
-/// ill-conditioned, no kernel can do better, and it is printed all the same.
+/// Prints the kernels with the largest errors, and panics if an array is off by more than 1e-13 (doubles) or
+/// 1e-5 (floats) of its largest entry. An array is only printed, without a panic, if moving the inputs to
+/// adjacent numbers changes the array by at least a quarter of the error: such a state is ill-conditioned for
+/// every kernel.
 pub fn judge(found: &[(Precision, Miss)]) {
     let mut failures = 0;
     for precision in [Precision::F64, Precision::F32] {

@@ -1,7 +1,9 @@
-//! Covering arrays: a few choices of many, such that any two values of any two factors stand together in one of them.
+//! Covering arrays: a few of many possible rows, such that any two values of any two factors occur together
+//! in some row.
 //!
-//! In: how many values each factor has, and which choices there are. Out: rows, the same every time. Each row begins with the
-//! first pair that none has yet, and takes for every other factor the value that brings most new pairs.
+//! Input: the number of values of each factor, and the valid rows. Output: rows, the same in every run. Each
+//! row begins with the first uncovered pair, and takes for every other factor the value that covers most new
+//! pairs.
 
 use std::collections::BTreeSet;
 

@@ -1,8 +1,10 @@
-//! Programs around emitted kernels: they read states as doubles, call every kernel at each, and write its outputs.
+//! Driver programs for emitted kernels: read states as doubles, call every kernel at each state, and write
+//! the outputs.
 //!
-//! In: a force file as it is printed. Out: the text of a program in the target's language. The stream of doubles is, for
-//! every kernel in order, for each of its precisions, for every state, the inputs in memory order; the answer
-//! likewise. Structs are filled and read as memory, so that a field out of order shows.
+//! Input: a force file in printed form. Output: the text of a program in the target's language. The input
+//! stream contains, for every kernel in order, for each precision of the kernel, for every state, the inputs
+//! in memory order; the output stream has the same order. Structs are filled and read as raw memory, so that
+//! a field in the wrong order causes an error.
 
 use forcec::internals::kernel::{File, Kernel, Precision, Target};
 use forcec::internals::layout::Place;
@@ -11,12 +13,12 @@ use forcec::internals::model::outputs::{Array, Part};
 use forcec::internals::names::{Arguments, kernel_name};
 use std::fmt::Write;
 
-/// How many reals a kernel takes.
+/// Number of reals in the inputs of a kernel.
 pub fn inputs(signature: &Signature) -> usize {
     argument_lengths(signature).into_iter().sum()
 }
 
-/// How many reals each argument of a kernel has: bodies, all parameters together, and what else there is.
+/// Number of reals of each argument of a kernel: each body, all parameters together, and the other arguments.
 fn argument_lengths(signature: &Signature) -> Vec<usize> {
     let stored = |body: &Body| body.kind.row().fields.iter().map(|field| field.length as usize).sum();
     let mut lengths: Vec<usize> = signature.bodies.iter().map(stored).collect();
@@ -27,16 +29,17 @@ fn argument_lengths(signature: &Signature) -> Vec<usize> {
     lengths
 }
 
-/// How many reals a kernel gives.
+/// Number of reals in the outputs of a kernel.
 pub fn outputs(signature: &Signature, parts: &[Part]) -> usize {
     parts.iter().map(|part| part.length(signature)).sum()
 }
 
-/// Where a kernel writes its results.
+/// Positions of the results in the memory that a kernel writes.
 struct Written {
-    /// For each entry of the full results, row by row: its number among what is written, from one; 0 if it is zero.
+    /// For each entry of the full results, row by row: the 1-based position in the written memory; 0 for an
+    /// entry that is always zero.
     places: Vec<i32>,
-    /// How many reals are written.
+    /// Number of written reals.
     length: usize,
 }
 
@@ -50,7 +53,7 @@ impl Written {
         Written { places, length }
     }
 
-    /// The fields of the results, each with where it starts among what is written.
+    /// The fields of the results, each with its first position in the written memory.
     fn fields(&self, kernel: &Kernel, target: Target) -> Vec<(String, usize)> {
         let signature = &kernel.schedule.signature;
         let names = Arguments::new(signature, target);
@@ -99,9 +102,9 @@ static void give_f32(const void *from, size_t bytes)
 }
 ";
 
-/// A C program over the kernels of one file, `states` states each. What computes several instances at once is given as
-/// many states; what is left over is poison. What is laid out otherwise is put where it belongs; what is
-/// added is added twice.
+/// A C program that calls the kernels of one file at `states` states each. A kernel for several instances
+/// gets several states per call, and unused lanes are filled with poison. Results in another layout are moved
+/// to their dense positions. A kernel that adds to its output is called twice.
 pub fn c(file: &File, states: usize) -> String {
     let mut text = format!("#include \"{}.h\"\n{C_HEAD}", file.name());
     let mut calls = String::new();
@@ -164,7 +167,7 @@ pub fn c(file: &File, states: usize) -> String {
             let (places, count) = (written.places.len(), written.length);
             let (mut before, mut after) = (String::new(), String::new());
             if kernel.layout.row().place == Place::Shared {
-                // The tables of the header are what users read.
+                // The tables of the header are the tables that users read.
                 let _ = writeln!(declared, "    static int places[{places}];");
                 let mut start = 0;
                 for table in kernel.packing.iter().flat_map(|packing| &packing.tables) {
@@ -186,7 +189,8 @@ pub fn c(file: &File, states: usize) -> String {
                 let _ = writeln!(before, "            if ({constant} != {}) abort();", u8::from(triangle));
             }
             if kernel.schedule.adds {
-                // What is added twice to zeros is twice as large; what is always zero is not touched.
+                // Results added twice to zeros are twice as large; entries that are always zero are not
+                // written.
                 let _ = writeln!(declared, "    static {real} memory[{count}], *const found = memory;");
                 for (field, start) in written.fields(kernel, Target::C) {
                     let _ = writeln!(before, "            results.{field} = (void *)(memory + {start});");
@@ -262,22 +266,23 @@ impl Real for f32 {
     }
 }
 
-/// The memory of a struct of reals.
+/// The memory of a struct of reals as a slice.
 fn reals<S, R: Real>(value: &mut S) -> &mut [R] {
     let length = size_of::<S>() / size_of::<R>();
     assert_eq!(length * size_of::<R>(), size_of::<S>());
-    // SAFETY: `repr(C)` structs of arrays of one real type, as C has them.
+    // SAFETY: `repr(C)` structs of arrays of one real type, with the same layout as in C.
     unsafe { std::slice::from_raw_parts_mut(std::ptr::from_mut(value).cast::<R>(), length) }
 }
 
-/// Fills one of several instances.
+/// Fills one lane of a struct for several instances.
 fn fill<S, R: Real>(value: &mut S, lanes: usize, lane: usize, given: &[R]) {
     let reals = reals::<S, R>(value);
     given.iter().enumerate().for_each(|(k, x)| reals[k * lanes + lane] = *x);
 }
 ";
 
-/// A Rust program over the kernels of one file, which it expects beside it, `states` states each; as [`c`].
+/// A Rust program for the kernels of one file, at `states` states each, like [`c`]; the module of the kernels
+/// must be in the same folder.
 pub fn rust(file: &File, states: usize) -> String {
     let stem = &file.name();
     let mut text = format!("mod {stem};\n{RUST_HEAD}");
@@ -339,7 +344,7 @@ pub fn rust(file: &File, states: usize) -> String {
             }
             let written = Written::new(kernel);
             if kernel.layout.row().place == Place::Shared {
-                // The tables of the module are what users read.
+                // The tables of the module are the tables that users read.
                 let table = |table: &Array<i32>| {
                     let flat = if table.part.is_list() { "as_slice" } else { "as_flattened" };
                     format!("{path}::{}_PLACES.{flat}(), ", table.part.name().to_ascii_uppercase())

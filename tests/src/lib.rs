@@ -1,7 +1,9 @@
-//! What the tests from the outside share: the force files, folders to work in, programs to run, and the oracle's cases.
+//! Shared code of the external tests: force files, work folders, programs to run, and the cases of the
+//! oracle.
 //!
-//! A test here sees forcec as a user does, through its library, its command line or the text it emits, and judges it by
-//! something that shares no code with it: 320-bit arithmetic, a C compiler, rustc, clippy.
+//! These tests use forcec as a user does, through the library, the command line or the emitted text, and
+//! compare results with references that share no code with forcec: 320-bit arithmetic, a C compiler, rustc,
+//! clippy.
 
 mod any_options;
 pub mod cases;
@@ -21,16 +23,16 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 
-/// A force file of this repository, compiled.
+/// A compiled force file of this repository.
 pub struct ForceFile {
-    /// Its name without folder and ending.
+    /// File name without folder and extension.
     pub stem: String,
-    /// All its kernels.
+    /// All kernels of the file.
     pub compiled: Compiled,
 }
 
 impl ForceFile {
-    /// The file as a target prints it.
+    /// The file in the form that a target prints.
     pub fn printable(&self, precisions: &[Precision]) -> File {
         File {
             stem: self.stem.clone(),
@@ -46,13 +48,13 @@ pub fn library() -> Vec<ForceFile> {
     files("../constraints")
 }
 
-/// One file of the library, made to a plan.
+/// One file of the library, compiled with a plan.
 pub fn library_with(plan: Plan, stem: &str) -> ForceFile {
     let text = library_text(stem);
     ForceFile { compiled: compiled_with(stem, &text, plan), stem: stem.to_owned() }
 }
 
-/// Force files that nothing was tuned on: `tests/unseen/*.rs`.
+/// Force files on which nothing was tuned: `tests/unseen/*.rs`.
 pub fn unseen() -> Vec<ForceFile> {
     files("unseen")
 }
@@ -69,13 +71,13 @@ fn files(folder: &str) -> Vec<ForceFile> {
         let stem = path.file_stem().expect("a file has a name").to_string_lossy().into_owned();
         ForceFile { compiled: compiled(&stem, &text), stem }
     });
-    // The longest first: what works through them in parallel does not end with waiting for it.
+    // The longest files first, so that parallel work does not end with one thread working on a long file.
     files.sort_by_key(|file| std::cmp::Reverse(file.compiled.functions.len()));
     files
 }
 
-/// Kernels that are not the usual ones, a force file each: of a body that never moves, of numbers that stand for others
-/// and numbers that stand under their name; of results by choice.
+/// Unusual kernels, one force file each: with a fixed body and parameters set to constants, and with selected
+/// results.
 pub fn special() -> Vec<ForceFile> {
     let set = ["arm_b=[0, -0.3, 0.5]", "damping=0.7", "stiffness=20"];
     let set = set.map(|text| Specialization::parse_value(text).expect("a value")).to_vec();
@@ -91,18 +93,19 @@ pub fn special() -> Vec<ForceFile> {
     requests.map(|(stem, request)| requested(stem, request)).into()
 }
 
-/// Of each kind of kernel some: springs have square roots, contacts branches, joints everything else.
+/// Some kernels of each kind: springs have square roots, contacts have branches, joints have all other
+/// operations.
 const KINDS: [(&str, &[&str]); 3] = [
     ("springs", &["spring", "polynomial_spring", "rope", "rod_bend"]),
     ("contacts", &["hertz_contact", "sphere_plane_friction", "sphere_sphere"]),
     ("joints", &["point_to_point", "distance", "pin", "attachment", "torsion_spring", "hinge_motor"]),
 ];
 
-/// A kernel that is several functions, unless it computes several instances.
+/// A kernel that is split into several functions unless the kernel computes several instances.
 const LONG: &str = "bushing";
 
-/// Kernels of the library in every layout, for one instance and for several, and some of these prepared, a file each with
-/// the precisions that it is tried in: one instance in both, several in one.
+/// Kernels of the library in every layout, for one instance and for several, some with prepared values; one
+/// file each with the tested precisions: both for one instance, one for several instances.
 pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
     let mut text = String::new();
     for (stem, _) in KINDS {
@@ -143,7 +146,7 @@ pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
     })
 }
 
-/// What only constraints have, beside F.
+/// Results that only constraints have, besides F.
 const HELD: [Part; 4] = [Part::Multiplier, Part::Force, Part::MultiplierStep, Part::Held];
 
 /// The constraints of a text, by name.
@@ -160,7 +163,8 @@ pub fn library_text(stem: &str) -> String {
     std::fs::read_to_string(&path).expect("the library can be read")
 }
 
-/// A file of the library as it is asked for; its constraints alone where only these have it.
+/// A file of the library compiled with a request; only the constraints of the file if the request applies
+/// only to constraints.
 pub fn requested(stem: &str, request: Request) -> ForceFile {
     let source = Source::new(format!("{stem}.rs"), library_text(stem));
     let of_constraints = request.outputs.iter().any(|part| part.row().of_constraints);
@@ -171,12 +175,12 @@ pub fn requested(stem: &str, request: Request) -> ForceFile {
     ForceFile { stem: stem.to_owned(), compiled }
 }
 
-/// Compiles a text that is right.
+/// Compiles a valid text.
 pub fn compiled(name: &str, text: &str) -> Compiled {
     compiled_with(name, text, Plan::default())
 }
 
-/// Compiles a text that is right to a plan.
+/// Compiles a valid text with a plan.
 pub fn compiled_with(name: &str, text: &str, plan: Plan) -> Compiled {
     match compile(&Source::new(format!("{name}.rs"), text), &|_| true, plan) {
         Ok(compiled) => compiled,
@@ -184,7 +188,7 @@ pub fn compiled_with(name: &str, text: &str, plan: Plan) -> Compiled {
     }
 }
 
-/// Options drawn from a seed, for a text whose bodies and parameters they may name.
+/// Random options from a seed, for a text whose bodies and parameters the options may name.
 pub fn options_for(text: &str, seed: u64) -> forcec::Options {
     let mut state = seed;
     any_options::any_options(text, &mut |n| {
@@ -193,7 +197,8 @@ pub fn options_for(text: &str, seed: u64) -> forcec::Options {
     })
 }
 
-/// An empty folder of this name. `base` is `env!("CARGO_TARGET_TMPDIR")`, which cargo tells only the tests themselves.
+/// An empty folder of this name. `base` is `env!("CARGO_TARGET_TMPDIR")`, which cargo defines only for the
+/// tests themselves.
 pub fn folder(base: &str, name: &str) -> PathBuf {
     let path = Path::new(base).join(name);
     let _ = std::fs::remove_dir_all(&path);
@@ -210,11 +215,11 @@ pub fn run(folder: &Path, program: &str, arguments: &[&str]) {
     assert!(output.status.success(), "{program} {arguments:?} in {}\n{text}{errors}", folder.display());
 }
 
-/// Compiles `STEM.rs` and has clippy and rustfmt look at it; nobody may say anything.
+/// Compiles `STEM.rs` and runs clippy and rustfmt on the file; any message is a failure.
 pub fn lint(folder: &Path, stem: &str) {
     let file = format!("{stem}.rs");
     let library = format!("#![deny(missing_docs)]\n//! A crate.\n\npub mod {stem};\n");
-    // Nothing above this folder may tell rustfmt or clippy what to accept.
+    // The configuration of a parent folder must not affect rustfmt or clippy.
     for (name, text) in [("lib.rs", library.as_str()), ("rustfmt.toml", ""), ("clippy.toml", "")] {
         std::fs::write(folder.join(name), text).expect("the build folder can be written");
     }
@@ -224,7 +229,7 @@ pub fn lint(folder: &Path, stem: &str) {
     run(folder, "clippy-driver", &[&strict[..], &["-D", "clippy::all", "lib.rs"]].concat());
 }
 
-/// Runs a program that turns doubles into doubles, both as the machine stores them.
+/// Runs a program that maps doubles to doubles, both as raw memory in files.
 pub fn pipe(program: &Path, input: &[f64]) -> Vec<f64> {
     let input_path = program.with_extension("in");
     let bytes: Vec<u8> = input.iter().flat_map(|x| x.to_ne_bytes()).collect();
@@ -238,7 +243,7 @@ pub fn pipe(program: &Path, input: &[f64]) -> Vec<f64> {
     words.map(|word| f64::from_ne_bytes(word.try_into().expect("eight bytes"))).collect()
 }
 
-/// Maps on every processor; results stand in the order of the items.
+/// Parallel map over all processors; results are in the order of the items.
 pub fn parallel<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let count = items.len();
     let queue = Mutex::new(items.into_iter().enumerate());
@@ -268,16 +273,16 @@ pub fn parallel<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// The places of inputs, and of the positions among them, in the flat inputs of a kernel.
+/// Offsets of inputs, and in particular of positions, in the flat inputs of a kernel.
 pub struct Places {
-    /// By argument and field.
+    /// Offsets by argument and field.
     pub starts: Vec<Vec<usize>>,
-    /// Of the positions of bodies.
+    /// Offsets of the positions of bodies.
     pub positions: Vec<usize>,
 }
 
 impl Places {
-    /// The places of a signature's inputs.
+    /// Computes the offsets for a signature.
     pub fn new(signature: &Signature) -> Places {
         let mut length = 0;
         let mut place = |count: usize| {
@@ -297,7 +302,7 @@ impl Places {
         Places { starts, positions }
     }
 
-    /// Where a slot stands.
+    /// Offset of a slot.
     pub fn of(&self, slot: Slot) -> usize {
         self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
     }

@@ -1,8 +1,9 @@
-//! Every option with every other: a covering array over the table of options, on force functions of this repository, whose
-//! kernels are compiled by every compiler at hand with every warning denied, run, and compared with the dense kernel.
+//! Combinations of all options: a covering array over the table of options, applied to force functions of
+//! this repository. The kernels are compiled by every available compiler with all warnings denied, run, and
+//! compared with the dense kernel.
 //!
-//! In: which functions, and a folder to work in. Out: what went wrong, a text each. An option that is added to the table
-//! stands in the array by itself.
+//! Input: a selection of functions and a work folder. Output: one text per failure. An option added to the
+//! table becomes part of the array automatically.
 
 use crate::cases::{misses, try_cases};
 use crate::covering::covering;
@@ -21,7 +22,7 @@ use forcec::{Effort, Layout, Part};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What C is compiled with.
+/// Flags of the C compilers.
 pub const STRICT: [&str; 8] = [
     "-std=c99",
     "-Wall",
@@ -33,30 +34,30 @@ pub const STRICT: [&str; 8] = [
     "-Werror",
 ];
 
-/// States a kernel and precision.
+/// Number of states per kernel and precision.
 const STATES: usize = 5;
 
-/// As many times the tolerance of the oracle's cases: modes differ in rounding.
+/// Factor on the tolerance of the oracle's cases, because modes round differently.
 const SLACK: f64 = 10.0;
 
 /// A value of an option.
 #[derive(Clone, Debug)]
 enum Level {
-    /// The option is not stated.
+    /// The option is absent.
     Absent,
-    /// These of its values.
+    /// These words of the option.
     Words(Vec<&'static str>),
     /// The last body.
     LastBody,
-    /// The first parameter has the value that it has in a state.
+    /// The first parameter is set to the value in a state.
     First,
-    /// The first parameter that may be two is two in every entry.
+    /// The first parameter that accepts two is set to two in every entry.
     Two,
-    /// All parameters have the values that they have in a state.
+    /// All parameters are set to the values in a state.
     All,
 }
 
-/// The values of an option that are tried.
+/// The tested levels of an option.
 fn levels(row: &OptionRow) -> Vec<Level> {
     let mut levels = vec![Level::Absent];
     let values = (row.values)();
@@ -80,21 +81,22 @@ fn levels(row: &OptionRow) -> Vec<Level> {
     levels
 }
 
-/// A force function that rows are tried on.
+/// A force function on which rows are tested.
 pub struct Subject {
-    /// Its name, with that of its file.
+    /// Name of the function, including the name of the file.
     pub name: String,
     stem: String,
     function: String,
     tree: ast::File,
     last_body: Option<String>,
-    /// For each parameter its name and value at a state, and whether two may stand for every entry.
+    /// For each parameter the name, the value at a state, and whether the value two is valid for every entry.
     parameters: Vec<(String, Vec<f64>, bool)>,
     multipliers: bool,
     rows: bool,
 }
 
-/// The force functions of folders of this repository that are wanted, by name and by how many nodes their graph has.
+/// The force functions in folders of this repository that a predicate selects by name and by number of graph
+/// nodes.
 pub fn subjects(folders: &[&str], wanted: &(dyn Fn(&str, usize) -> bool + Sync)) -> Vec<Subject> {
     let mut paths: Vec<PathBuf> = Vec::new();
     for name in folders {
@@ -149,7 +151,8 @@ pub fn subjects(folders: &[&str], wanted: &(dyn Fn(&str, usize) -> bool + Sync))
 }
 
 impl Subject {
-    /// What a level of an option is for this function; none if it has no such thing.
+    /// The choice that a level of an option means for this function; `None` if the level does not apply to
+    /// this function.
     fn choice(&self, row: &OptionRow, level: &Level) -> Option<Option<Choice>> {
         let value = |(name, value, _): &(String, Vec<f64>, bool)| format!("{name}={value:?}");
         let texts: Vec<String> = match level {
@@ -165,7 +168,7 @@ impl Subject {
         Some(Some(row.read(&words).unwrap_or_else(|wrong| panic!("{}: {}", row.name, wrong.message))))
     }
 
-    /// What is wanted where options have these levels, as far as they are chosen; none if that cannot be had.
+    /// The request for the chosen levels of the options; `None` if the levels cannot be combined.
     fn request(&self, table: &[Vec<Level>], row: &[Option<usize>]) -> Option<Request> {
         let mut choices = Vec::new();
         for ((option, levels), level) in OPTIONS.iter().zip(table).zip(row) {
@@ -186,14 +189,14 @@ impl Subject {
     }
 }
 
-/// A row of the array: a function, and what is wanted of it.
+/// A row of the array: a function and a request for the function.
 pub struct Row<'s> {
     subject: &'s Subject,
     request: Request,
     title: String,
 }
 
-/// The rows that are tried: all pairs of values of options, and if asked for each with every function.
+/// The tested rows: all pairs of option values, and with `each` every pair for every function.
 pub fn rows(subjects: &[Subject], each: bool) -> Vec<Row<'_>> {
     let table: Vec<Vec<Level>> = OPTIONS.iter().map(levels).collect();
     let mut sizes: Vec<usize> = table.iter().map(Vec::len).collect();
@@ -230,7 +233,7 @@ pub fn rows(subjects: &[Subject], each: bool) -> Vec<Row<'_>> {
     placed.collect()
 }
 
-/// Tries rows, prints what goes wrong, and returns which rows these are.
+/// Tests rows, prints failures, and returns the names of failed rows.
 pub fn failures(rows: Vec<Row<'_>>, base: &str) -> Vec<String> {
     let clang = Command::new("clang").arg("--version").output().is_ok_and(|output| output.status.success());
     if !clang {
@@ -245,7 +248,7 @@ pub fn failures(rows: Vec<Row<'_>>, base: &str) -> Vec<String> {
                 Some(row.title)
             }
             Ok(()) => {
-                // What is right is no loss; some rows are large.
+                // Folders of passing rows are deleted, because some rows are large.
                 let _ = std::fs::remove_dir_all(&folder);
                 None
             }
@@ -331,7 +334,7 @@ fn run(folder: &Path, program: &str, arguments: &[&str]) -> Result<(), String> {
     Err(format!("{program} {} in {}\n{}", arguments.join(" "), folder.display(), text.join("\n")))
 }
 
-/// Compares what a program computes with the dense kernel in 320 bits.
+/// Compares the results of a program with the dense kernel in 320 bits.
 fn compare(dense: &Stages, precisions: &[Precision], program: &Path) -> Result<(), String> {
     let mut all = Vec::new();
     for precision in precisions {

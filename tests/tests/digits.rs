@@ -1,4 +1,5 @@
-//! Right values where digits were lost: near numbers of the text, at zeros, and where powers leave the range of floats.
+//! Correct values in cases with past loss of digits: near numbers of the text, at zeros, and where powers
+//! leave the range of floats.
 //!
 //! Each row is a function of `tests/cases`, a state, and entries of results that are known by hand; every mode, in both
 //! precisions where the numbers fit.
@@ -21,7 +22,7 @@ fn case(name: &str, mode: Mode) -> Vec<Stages> {
 /// F, and ∂F/∂X row by row.
 type Results = (Vec<f64>, Vec<f64>);
 
-/// What a kernel gives in one precision: F, then ∂F/∂X row by row.
+/// The results of a kernel in one precision: F, then ∂F/∂X row by row.
 fn run<N: Number>(function: &Stages, inputs: &[N], wide: impl Fn(&N) -> f64) -> Results {
     let places = Places::new(&function.program.signature);
     let all = function.kernel.evaluate(&|slot| inputs[places.of(slot)].clone()).expect("all is written");
@@ -39,7 +40,7 @@ fn run<N: Number>(function: &Stages, inputs: &[N], wide: impl Fn(&N) -> f64) -> 
     found
 }
 
-/// In both precisions: their names, how much a value may be off by, and F and ∂F/∂X.
+/// Both precisions: name, allowed error of a value, and the function that computes F and ∂F/∂X.
 fn both(function: &Stages, inputs: &[f64]) -> [(&'static str, f64, Results); 2] {
     let floats: Vec<f32> = inputs.iter().map(|x| *x as f32).collect();
     assert!(
@@ -67,7 +68,7 @@ fn modes(check: impl Fn(Mode)) {
 fn a_literal_is_not_multiplied_into_a_difference() {
     modes(|mode| {
         for function in case("literal_times_difference", mode) {
-            // 2⁻¹² from the number, which both precisions hold.
+            // 2⁻¹² from the number, which is exact in both precisions.
             let gap = 1.0 / 4096.0;
             let (inputs, right) = match function.definition.name.as_str() {
                 "bowl" => (particle([1000.0 + gap, 2000.0, 3000.0]), -gap / 9.0),
@@ -162,7 +163,7 @@ fn a_squared_length_is_smooth_behind_a_name() {
     });
 }
 
-/// Whoever adds a number to an input gets one sum of these two, wherever it stands.
+/// Code that adds a number to an input at several places gets one common sum.
 #[test]
 fn inputs_and_numbers_are_pinned() {
     let texts = [

@@ -1,6 +1,6 @@
-//! How far the origin is does not matter to what does not depend on it: in floats and in doubles, far from the origin the
-//! error of a kernel is at most twice the one near it. Moved states have the same differences of positions, to the
-//! bit, so that every digit that is lost is the kernel's own.
+//! Independence of the origin: for kernels that do not depend on the origin, the error far from the origin is
+//! at most twice the error near it, in floats and in doubles. Moved states have bit-identical differences of
+//! positions, so every lost digit is a fault of the kernel.
 
 use forcec::internals::compile::Stages;
 use forcec::internals::math::number::Number;
@@ -13,17 +13,17 @@ use forcec_tests::{ForceFile, Places, compiled, library, parallel, unseen};
 /// How far, in metres.
 const DISTANCES: [f64; 3] = [1e4, 1e5, 1e6];
 
-/// Positions are multiples of this: floats still have these a million metres away.
+/// Positions are multiples of this number, which floats can represent even a million metres away.
 const GRID: f64 = 1.0 / 16.0;
 
 /// States in which a kernel acts, and how many are drawn for each of them at most.
 const STATES: usize = 48;
 const PATIENCE: usize = 64;
 
-/// What the error of a result may be at the least, in units of rounding: below that nothing has been lost.
+/// Lower limit of the error of a result, in units of rounding: smaller errors mean no loss.
 const ROUNDING: f64 = 1.0;
 
-/// What a kernel of a precision computes from inputs that it can hold, relative errors part by part.
+/// Relative errors of a kernel in one precision, result by result, at inputs exact in this precision.
 type Errors = fn(&Stages, &Places, &[f64], &[f64]) -> Option<Vec<f64>>;
 
 /// The largest error of each result relative to its largest entry; `None` where it is not finite.
@@ -61,8 +61,8 @@ const PRECISIONS: [Precise; 2] = [
     ("f64", f64::EPSILON / 2.0, |f, p, i, x| errors::<f64>(f, p, i, x, |x| x), |x| x),
 ];
 
-/// What is wrong with a kernel; `None` if it depends on the origin and nothing can be asked of it. A parameter may be a
-/// point of the world, which moves with the bodies.
+/// The faults of a kernel; `None` if the kernel depends on the origin and cannot be judged. A parameter may
+/// be a point of the world, which moves with the bodies.
 fn judge(function: &Stages) -> Option<Vec<String>> {
     let signature = &function.program.signature;
     let Places { starts, positions } = Places::new(signature);
@@ -77,7 +77,7 @@ fn judge(function: &Stages) -> Option<Vec<String>> {
         .find_map(|places| judge_moved(function, &places))
 }
 
-/// The same where the positions are moved that are named.
+/// The same check with the positions in `places` moved.
 fn judge_moved(function: &Stages, places: &Places) -> Option<Vec<String>> {
     let name = &function.definition.name;
     let subject = Subject { source: &function.source, program: &function.program };

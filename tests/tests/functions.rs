@@ -1,5 +1,6 @@
-//! Every row of the function table: its derivative formula against differences in 320 bits, its value in doubles against
-//! the value in 320 bits, its C and Rust spelling compiled and run, and the edges of its domain.
+//! Every row of the function table: the derivative formula against differences in 320 bits, the value in
+//! doubles against the value in 320 bits, the C and Rust spelling compiled and run, and the edges of the
+//! domain.
 
 use forcec::internals::emit;
 use forcec::internals::kernel::{File, Kernel, Precision, Target};
@@ -19,7 +20,8 @@ const POINTS: [f64; 25] = [
     0.5, 0.77, 0.9999, 1.0, 1.6, 3.7, 12.3, 47.1, 90.1,
 ];
 
-/// The families take the square of a length first, although their table says nothing of it.
+/// Whether the function belongs to a family whose argument is a squared length, a restriction missing from
+/// the table.
 fn is_family(function: Function) -> bool {
     matches!(function, Function::CosSqrt(_) | Function::AngleRatio(_))
 }
@@ -50,7 +52,7 @@ fn points(function: Function, derivative: bool) -> Vec<Vec<f64>> {
         let inside = contains(row.domain, x, !derivative);
         let smooth = !derivative || contains(row.smooth, x, false);
         let family = !is_family(function) || x[0] > 0.0;
-        // Next to a switch a difference lies on both sides of it.
+        // Near a branch switch the points of a difference lie on both sides.
         let apart = !derivative || !matches!(function, Function::Min | Function::Max) || x[0] != x[1];
         // The angle of a point on the negative axis changes by a turn there.
         let cut = !derivative || function != Function::Atan2 || x[0] != 0.0;
@@ -60,19 +62,20 @@ fn points(function: Function, derivative: bool) -> Vec<Vec<f64>> {
     all.into_iter().filter(kept).collect()
 }
 
-/// Whether a function is its own exact value, rounded once at most.
+/// Allowed error of a function in units in the last place.
 fn units(function: Function) -> f64 {
     match function {
         Function::Abs | Function::Min | Function::Max | Function::Signum => 0.0,
         Function::Pi | Function::Sqrt => 0.5,
-        // What checks take them to be good for.
+        // The error bounds that checks assume.
         Function::CosSqrt(n) | Function::AngleRatio(n) => 8.0 * (1.0 + f64::from(n)),
         _ if special::is_printed(function) => 4.0,
         _ => 2.0,
     }
 }
 
-/// Points of a function that is computed by code of ours: of every size there is, on both sides of every switch of it.
+/// Test points for a function implemented by forcec: of every magnitude, and on both sides of every branch
+/// switch.
 fn sweep(function: Function) -> Vec<Vec<f64>> {
     if is_family(function) || !special::is_printed(function) {
         return points(function, false);
@@ -81,7 +84,7 @@ fn sweep(function: Function) -> Vec<Vec<f64>> {
     let mut all = POINTS.to_vec();
     for _ in 0..200 {
         let sign = if random.uniform(-1.0, 1.0) < 0.0 { -1.0 } else { 1.0 };
-        // Sizes of floats and of doubles; where functions bend; next to the ends of domains.
+        // Magnitudes of floats and of doubles; points where functions bend; points near the ends of domains.
         all.push(sign * 10f64.powf(random.uniform(-37.0, 38.0)));
         all.push(sign * 10f64.powf(random.uniform(-300.0, 300.0)));
         all.push(sign * 10f64.powf(random.uniform(-2.0, 2.0)));
@@ -94,12 +97,12 @@ fn sweep(function: Function) -> Vec<Vec<f64>> {
     all.into_iter().filter(inside).map(|x| vec![x]).collect()
 }
 
-/// How many units of the last place a function's value may be off at a point. The cosine's family has zeros, and where its
-/// argument's last place matters more than the value's, its root is what cannot be had better.
+/// Allowed error of a function's value at a point in units in the last place. The family of the cosine has
+/// zeros; near a zero the last place of the argument limits the accuracy.
 fn units_at(function: Function, x: &[f64]) -> f64 {
     let units = units(function);
     if let Function::Sinc(n) = function {
-        // It has zeros; what it is made of is as large as the least of 1/(n + 1) and 1/|x|.
+        // `Sinc` has zeros; the terms of the formula are as large as the smaller of 1/(n + 1) and 1/|x|.
         let envelope = (1.0 / f64::from(n + 1)).min(1.0 / x[0].abs());
         return units * (envelope / probe::value(function, x).abs()).max(1.0);
     }
@@ -128,7 +131,7 @@ fn derivatives_are_what_differences_say() {
         for x in points {
             for (k, partial) in probe::partials(function, &x).into_iter().enumerate() {
                 let size = partial.formula.abs().max(partial.difference.abs());
-                // Powers leave the range of doubles, and below this differences have no digits left.
+                // Powers leave the range of doubles; below this size differences have no correct digits left.
                 let beyond = !(1e-40..=1e300).contains(&size);
                 assert!(
                     partial.apart < 1e-25 || beyond,
@@ -179,7 +182,7 @@ fn edges_of_domains_are_where_the_table_says() {
                 FunctionDomain::AtLeast(low) | FunctionDomain::Above(low) => low,
                 _ => outward,
             };
-            // The exponent of `powf` is no whole number, for which it would be defined everywhere.
+            // The exponent of `powf` is not an integer, because integer powers are defined for every base.
             let at = |x: f64| (row.value)(&[x, 0.7][..row.arity]);
             let step =
                 |x: f64, inward: bool| if (outward < 0.0) == inward { x.next_up() } else { x.next_down() };
@@ -225,7 +228,7 @@ fn kernels() -> Vec<(Function, Kernel)> {
 
 #[test]
 fn c_and_rust_spell_the_same_function() {
-    // The same number of points for all: the list of each is repeated.
+    // The same number of points for all functions: the list of each function is repeated.
     const COUNT: usize = 1425;
     let kernels = kernels();
     let names: BTreeSet<&str> = kernels.iter().map(|(_, kernel)| kernel.name.as_str()).collect();
@@ -257,7 +260,7 @@ fn c_and_rust_spell_the_same_function() {
                     let nearest = |x: f64| f64::from((x as f32).clamp(f32::MIN, f32::MAX));
                     x.iter_mut().for_each(|x| *x = nearest(*x));
                     if !contains(function.row().domain, &x, true) {
-                        // Rounded to the end of the domain.
+                        // The point was rounded to the end of the domain.
                         x = vec![0.5; x.len()];
                     }
                 }
@@ -308,8 +311,8 @@ fn c_and_rust_spell_the_same_function() {
     }
 }
 
-/// A kernel of text against what the source is worth in 320 bits: the force and ∂F/∂X of a particle, off by at most so many
-/// ε of the largest entry.
+/// Compares the kernel of a text with the source in 320 bits: the force and ∂F/∂X of a particle, with an
+/// error of at most `allowed` ε of the largest entry.
 fn compare(name: &str, body: &str, inputs: &[[f64; 3]], allowed: f64) {
     let text = format!("#[energy]\npub fn e(p: Particle) -> Real {{\n    {body}\n}}\n");
     let compiled = compiled(name, &text);
@@ -320,7 +323,8 @@ fn compare(name: &str, body: &str, inputs: &[[f64; 3]], allowed: f64) {
     for position in inputs {
         let mut inputs = vec![0.0; 6];
         inputs[..3].copy_from_slice(position);
-        // The program that checks compare with the source elsewhere: differences leave noise where values are tiny.
+        // The reference is the program in 320 bits, which other checks compare with the source, because
+        // differences leave noise at tiny values.
         let truth = probe.program(&inputs);
         let computed = function.kernel.schedule.evaluate::<f64>(&|slot| probe.input(&inputs, slot));
         let computed = computed.expect("every output is written");
@@ -340,7 +344,8 @@ fn compare(name: &str, body: &str, inputs: &[[f64; 3]], allowed: f64) {
     eprintln!("{name:60} {worst:.2} ε");
 }
 
-/// What overflows on the way to a finite value, as authors write it, with the derivatives of it.
+/// Finite expressions whose intermediate values overflow in the form that authors write, with their
+/// derivatives.
 #[test]
 fn nothing_overflows_on_the_way() {
     let along = |x: f64| [x, 0.3, -0.2];
@@ -374,7 +379,7 @@ fn nothing_overflows_on_the_way() {
     }
 }
 
-/// What is made of the table's functions keeps its digits as they do.
+/// Compositions of the table's functions are as accurate as the functions themselves.
 #[test]
 fn composed_functions_keep_their_digits() {
     let mut points = Vec::new();

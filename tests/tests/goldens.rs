@@ -1,4 +1,4 @@
-//! What every stage makes of small force files, as snapshots.
+//! The output of every stage for small force files, as snapshots.
 //!
 //! An input is a file `tests/golden/NAME.rs` that shows one behaviour; its first line says which stages are worth a
 //! look: `// stages: graph, derivative, c`, its second may name a layout, lanes and `prepare`. The name of a pass of the optimiser stands for the scalar graph after it.
@@ -46,7 +46,7 @@ fn compiled(path: &Path) -> Compiled {
     compile(&source, &|_| true, request).unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
 }
 
-/// What the second line of an input asks for, if it does: `// layout: packed, 4`, with a number of instances.
+/// The request in the second line of an input, if any: `// layout: packed, 4`, with a number of instances.
 fn request(text: &str) -> Request {
     let line = text.lines().nth(1).and_then(|line| line.strip_prefix("// layout: "));
     let Some((layout, lanes)) = line.and_then(|line| line.split_once(", ")) else {

@@ -1,5 +1,4 @@
-//! Every kernel as C: it compiles without a warning, and what it computes is what the mathematics of its source says.
-//!
+//! Every kernel as C: the code compiles without a warning, and results equal the mathematics of the source.
 //! Each force file becomes one program that reads states and writes outputs; the oracle is 320-bit arithmetic on the
 //! expression as it was written, differentiated by differences.
 
@@ -12,7 +11,7 @@ use std::time::Instant;
 const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2"];
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
-/// How far each kernel of a file is off, in both precisions.
+/// The errors of each kernel of a file, in both precisions.
 fn measure(file: &ForceFile, folder: &std::path::Path) -> Vec<(Precision, Miss)> {
     let printable = file.printable(&PRECISIONS);
     for generated in emit::emit(&printable, Target::C) {

@@ -1,6 +1,6 @@
-//! Every layout, for one instance and for several, prepared or not, as C and as Rust: compilers and linters find nothing, and what is computed
-//! is what the program means in 320 bits. What computes several at once is given a number of states that does not fill
-//! the last call; the lanes that are left over are not numbers, and no other lane may notice.
+//! Every layout, for one instance and for several, prepared or not, as C and as Rust: compilers and linters
+//! find nothing, and results equal the program in 320 bits. Kernels for several instances get a number of
+//! states that does not fill the last call; the unused lanes are NaN, and must not affect other lanes.
 
 use forcec::internals::compile::{Request, Stages};
 use forcec::internals::emit;
@@ -41,7 +41,8 @@ fn layouts_equal_their_mathematics() {
     judge(&found.into_iter().flatten().collect::<Vec<(Precision, Miss)>>());
 }
 
-/// No more is prepared than that saves, and a kernel of which nothing depends on parameters alone says so.
+/// Preparation stores only values that save work, and a kernel with no value that depends on parameters alone
+/// says so.
 #[test]
 fn what_is_prepared_saves_operations() {
     let (mut prepared, mut plain) = (0, 0);

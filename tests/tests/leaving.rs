@@ -1,5 +1,5 @@
-//! Kernels that leave early: where a contact does not touch or a limit is not reached they return zeros after a part of
-//! their operations, nowhere else; what is not a number they hand on.
+//! Kernels with an early return: if a contact does not touch or a limit is not reached, these kernels return
+//! zeros after a part of their operations, and in no other case; NaN inputs reach the output.
 
 use forcec::internals::compile::Stages;
 use forcec::internals::scalar::{Operations, eval};
@@ -8,10 +8,10 @@ use forcec::internals::verify::probe::Probe;
 use forcec::internals::verify::{Family, Subject};
 use forcec_tests::{Places, library, unseen};
 
-/// States a kernel.
+/// Number of states per kernel.
 const STATES: usize = 64;
 
-/// The operations before a kernel can leave first, and all.
+/// The number of operations before the first early return, and of all operations.
 fn before_leaving(function: &Stages) -> Option<(usize, usize)> {
     let schedule = &function.kernel.schedule;
     let leave = schedule.statements.iter().position(|s| matches!(s, Statement::Leave(_)))?;
@@ -21,7 +21,7 @@ fn before_leaving(function: &Stages) -> Option<(usize, usize)> {
     Some((before.total(), schedule.operations().total()))
 }
 
-/// What a schedule computes in doubles.
+/// The results of a schedule in doubles.
 fn computed(function: &Stages, inputs: &[f64]) -> Vec<f64> {
     let places = Places::new(&function.program.signature);
     let outputs = function.kernel.schedule.evaluate::<f64>(&|slot| inputs[places.of(slot)]);
@@ -70,7 +70,8 @@ fn what_does_nothing_leaves_early() {
     assert!(at_rest >= 10, "{leaving} kernels leave, {at_rest} are seen to");
 }
 
-/// What a source chooses to be zero where a comparison does not hold is zero where that is because of what is not a number.
+/// If the source returns zero when a comparison is false, the kernel also returns zero when a NaN makes the
+/// comparison false.
 #[test]
 fn what_is_not_a_number_goes_the_way_of_the_source() {
     let text = "#[force]\npub fn floor(p: Particle, k: Real, d: Real) -> Vec3 {\n\

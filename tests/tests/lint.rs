@@ -1,4 +1,4 @@
-//! What `forcec lint` says of a few functions, and what it must never say.
+//! Warnings that `forcec lint` gives for a few functions, and warnings that must never appear.
 
 use forcec::internals::compile::compile;
 use forcec::internals::lint::{Advice, advise, render};
@@ -11,7 +11,7 @@ fn advice(source: &Source) -> Vec<Advice> {
     compiled.functions.iter().map(|function| advise(&function.definition)).collect()
 }
 
-/// What is printed of a force file, the warnings by their messages and labels.
+/// The printed warnings of a force file, by messages and labels.
 fn text(source: &Source) -> String {
     let all = advice(source);
     let warnings = |advice: &Advice| {
@@ -51,8 +51,8 @@ fn other_kinds() {
     insta::assert_snapshot!(text(&Source::new("kinds.rs", source)));
 }
 
-/// What the advice rests on, for every function of the library: constraints dissipate along as many directions as they
-/// have rows at most, and their ∂F/∂V is symmetric; numbers are numbers.
+/// The assumptions of the advice, for every function of the library: constraints dissipate along at most as
+/// many directions as they have rows, and ∂F/∂V is symmetric; numbers are not NaN.
 #[test]
 fn constraints_of_the_library_dissipate() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../constraints");

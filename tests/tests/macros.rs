@@ -1,5 +1,5 @@
-//! What the macros make of tokens: the modules that `forcec build --target rust` writes, and the messages of the command
-//! line at the same places.
+//! Output of the macros for a token stream: the modules that `forcec build --target rust` writes, and the
+//! messages of the command line at the same places.
 
 use forcec::internals::compile::compile;
 use forcec::internals::emit;
@@ -19,7 +19,7 @@ fn text(folder: &str, stem: &str) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// A text as it stands in `#[forces] mod`, on the same lines.
+/// A text inside `#[forces] mod`, on the same lines.
 fn in_module(text: &str) -> Option<TokenStream> {
     format!("mod forces {{ {text}\n}}").parse().ok()
 }
@@ -38,7 +38,7 @@ fn formatted(item: &syn::ItemMod) -> String {
 fn kernels(items: &[syn::Item], found: &mut BTreeMap<String, String>) {
     for item in items {
         let syn::Item::Mod(module) = item else { continue };
-        // What a world needs beside is another request's.
+        // The items that a world needs in addition belong to another request.
         let others = ["forcec_values", "forcec_loads", "forcec_steps"];
         if others.iter().any(|other| module.ident == other) {
             continue;
@@ -50,7 +50,7 @@ fn kernels(items: &[syn::Item], found: &mut BTreeMap<String, String>) {
     }
 }
 
-/// What the command line writes for a file.
+/// The files that the command line writes for a force file.
 fn written(file: &ForceFile) -> BTreeMap<String, String> {
     let generated = emit::emit(&file.printable(&PRECISIONS), Target::Rust);
     let parsed = syn::parse_file(&generated[0].text).unwrap();
@@ -107,7 +107,7 @@ fn functions_alone_are_what_the_command_line_writes() {
             };
             let name = attribute.path().get_ident().unwrap().to_string();
             let output = macros::function(&name, options, function.to_token_stream());
-            // One that needs a helper says so.
+            // A function that needs a helper reports the missing helper.
             if errors(output.clone()).is_empty() {
                 let expanded = expanded(output);
                 assert_eq!(expanded.len(), 2, "{}", function.sig.ident);
@@ -120,7 +120,7 @@ fn functions_alone_are_what_the_command_line_writes() {
     assert!(counts.iter().sum::<usize>() > 20, "some functions need no helper");
 }
 
-/// Options of an attribute, of a module and of the command line make the same kernels.
+/// Options of an attribute, of a module and of the command line give the same kernels.
 #[test]
 fn options_make_what_the_command_line_makes() {
     const JOINT: &str = "fn joint(a: Rigid, b: Rigid, arm_a: Vec3, arm_b: Vec3) -> Vec3 { \
@@ -152,7 +152,7 @@ fn options_make_what_the_command_line_makes() {
     }
 }
 
-/// A wrong option is named at its place, with what to write.
+/// A wrong option gives a message at its place with the correct form.
 #[test]
 fn wrong_options_are_named() {
     let function = "fn tie(a: Particle, b: Particle, length: Real) -> Real { \
@@ -179,7 +179,7 @@ fn wrong_options_are_named() {
     assert_eq!(errors(included), [(1, 23, "unknown layout `packd`".to_owned())].into());
 }
 
-/// The messages of `compile_error!` and where they stand.
+/// The messages of `compile_error!` and their positions.
 fn errors(tokens: TokenStream) -> BTreeSet<(usize, usize, String)> {
     let mut found = BTreeSet::new();
     let mut pending = vec![tokens];
@@ -201,7 +201,7 @@ fn errors(tokens: TokenStream) -> BTreeSet<(usize, usize, String)> {
     found
 }
 
-/// Every wrong input says in a macro what it says on the command line, at the same token.
+/// Every invalid input gives the same message in a macro as on the command line, at the same token.
 #[test]
 fn messages_stand_where_the_command_line_puts_them() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("wrong");

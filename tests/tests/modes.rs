@@ -1,5 +1,5 @@
-//! Kernels of every mode: they compile without a warning under every kind of contraction, and what they compute is what
-//! their program says in 320 bits; the text of a small one in each mode.
+//! Kernels of every mode: they compile without a warning under every kind of contraction, and results equal
+//! the program in 320 bits; the text of a small kernel in each mode.
 
 use forcec::internals::emit;
 use forcec::internals::kernel::{Precision, Target};

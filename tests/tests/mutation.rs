@@ -1,5 +1,5 @@
-//! A check that cannot fail is no check: with one sign flipped, wherever it stands, a kernel fails, and the report names
-//! an entry. A sign whose flip changes no output at any of twenty states is not a mistake and is passed over.
+//! Checks of the check: a kernel with one flipped sign, at any place, fails, and the report names an entry. A
+//! sign whose flip changes no output at any of twenty states has no effect and is skipped.
 
 use forcec::internals::compile::Stages;
 use forcec::internals::kernel::Precision;
@@ -13,10 +13,10 @@ use forcec_tests::{library, parallel};
 const KERNELS: [&str; 8] =
     ["point_to_point", "spring", "hinge", "distance", "sphere_plane", "pin", "hinge_motor", "gravity"];
 
-/// Of more signs than these in one kernel, so many are flipped, evenly spread.
+/// Limit on flipped signs per kernel; of more signs, this number is flipped, evenly spread.
 const MOST: usize = 150;
 
-/// Whether the sign matters: some output at some state changes by more than rounding does.
+/// Whether the sign matters: some output at some state changes by more than rounding errors.
 fn matters(function: &Stages, mutant: &Program, states: &[Case]) -> bool {
     let subject = Subject { source: &function.source, program: mutant };
     let probe = Probe::new(&subject);
@@ -30,7 +30,7 @@ fn matters(function: &Stages, mutant: &Program, states: &[Case]) -> bool {
     })
 }
 
-/// What became of the mutants of one kernel.
+/// Results of the mutants of one kernel.
 struct Outcome {
     kernel: String,
     caught: usize,

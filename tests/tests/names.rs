@@ -1,5 +1,5 @@
-//! Names that languages, headers or the kernels themselves keep, in every position: what is printed compiles without a
-//! warning in every dialect it may meet.
+//! Names reserved in the languages, in headers or in the kernels themselves, in every position: printed code
+//! compiles without a warning in every supported dialect.
 
 use forcec::internals::compile;
 use forcec::internals::compile::Request;
@@ -23,7 +23,7 @@ const WORDS: &str = "double int_ float char auto register restrict signed typede
     lane step direction prepared shared RigidF32 ParticleF32 Output PartialEq __x _Y _x2 a__b _1 X1Y restLength Kn E Jac Greek_phi \
     x_f64 yy_f32 z_params_f64 w_out_f32 a_name_that_is_really_rather_long_as_names_in_kernels_go";
 
-/// Names that come close to each other, together in one kernel.
+/// Names that are close to each other, together in one kernel.
 const GROUPS: [&str; 8] = [
     "double double_ double_2",
     "K k _K k_ _k k_2 __k",
@@ -35,7 +35,7 @@ const GROUPS: [&str; 8] = [
     "stiffness_ Stiffness Damping damping_",
 ];
 
-/// A force that reads its arguments in all the ways there are, and keeps a body unread.
+/// A force that reads its arguments in every possible way, and leaves one body unread.
 fn kernel(text: &mut String, [name, a, b, unread, p, q, held]: [&str; 7]) {
     let _ = writeln!(
         text,
@@ -91,7 +91,7 @@ fn emit(folder: &Path, target: Target) {
 fn c_and_cpp_take_every_name() {
     let folder = folder(env!("CARGO_TARGET_TMPDIR"), "names_c");
     emit(&folder, Target::C);
-    // What a program may have included before.
+    // Headers that a program may have included before.
     let headers = ["complex.h", "errno.h", "stdio.h", "stdlib.h"].map(|header| ["-include", header]).concat();
     let strict = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"];
     for (compiler, standard, headers) in [
@@ -104,7 +104,7 @@ fn c_and_cpp_take_every_name() {
     }
 }
 
-/// Bodies whose names together read as those of others do, and bodies called as what layouts bring beside them.
+/// Bodies whose combined names equal those of other bodies, and bodies with the names of layout arguments.
 #[test]
 fn layouts_take_every_name() {
     let folder = folder(env!("CARGO_TARGET_TMPDIR"), "names_layouts");

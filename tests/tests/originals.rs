@@ -1,4 +1,4 @@
-//! The library's functions as rustc compiles them, over nalgebra, against what forcec makes of the same text.
+//! The library's functions compiled by rustc with nalgebra, against forcec's result for the same text.
 //!
 //! Their values equal what the compiler's front end says the function returns, in 320 bits; and dual numbers on the body of
 //! the function, C, E or F itself, give the kernel's ∂F/∂X. Neither shares code with the compiler.
@@ -269,7 +269,7 @@ fn functions_return_what_the_front_end_says() {
     }
 }
 
-/// A random function: its text, and what rustc makes of it.
+/// A random function: its text, and the function that rustc compiles.
 struct Random {
     text: &'static str,
     value: fn(&mut plain::Flat<'_>) -> Vec<f64>,

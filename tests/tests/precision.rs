@@ -1,4 +1,5 @@
-//! Single precision where a joint almost holds: mode `accurate` keeps the digits that rounding spoils.
+//! Single precision at nearly satisfied joints: mode `accurate` keeps the digits that rounding destroys in
+//! other modes.
 
 use forcec::internals::compile::Stages;
 use forcec::internals::emit;
@@ -9,8 +10,8 @@ use forcec::internals::verify::probe::Probe;
 use forcec::{Mode, Plan, Precision, Target};
 use forcec_tests::{ForceFile, Random, driver, folder, library_with, pipe, run};
 
-/// A ball joint with arms of about 0.3 m, off by about the violation; every number is a float. Positions are so many
-/// steps of a metre.
+/// A ball joint with arms of about 0.3 m and a violation of about `violation`; every number is a float.
+/// Positions are multiples of 1/`steps` m.
 fn state(random: &mut Random, violation: f64, steps: f64) -> Vec<f64> {
     let grid = |x: f64| (x * steps).round() / steps;
     let mut state = Vec::new();
@@ -21,7 +22,8 @@ fn state(random: &mut Random, violation: f64, steps: f64) -> Vec<f64> {
         state.extend(q.iter().map(|x| x / norm));
         state.extend((0..6).map(|_| random.uniform(-1.0, 1.0)));
     }
-    // arm_a is drawn; arm_b reaches the anchor on a up to the violation: qb⁻¹ (xa + qa arm_a + violation − xb).
+    // `arm_a` is random; `arm_b` reaches the anchor on a except for the violation: qb⁻¹ (xa + qa arm_a +
+    // violation − xb).
     let arm_a: Vec<f64> = (0..3).map(|_| random.uniform(-0.3, 0.3)).collect();
     let anchor = rotate(&state[3..7], &arm_a);
     let arm_b: Vec<f64> = (0..3).map(|_| random.uniform(-0.3, 0.3)).collect();
@@ -66,11 +68,11 @@ fn error(function: &Stages, probe: &Probe, inputs: &[f64]) -> f64 {
     apart(&exact[..signature.freedoms()], &force)
 }
 
-/// States at which joints almost hold.
+/// Number of states at nearly satisfied joints.
 const HELD: usize = 256;
 
-/// In mode `accurate` a joint that almost holds pulls with the right force: its violation is of the size of rounding,
-/// and what is left of it after that is noise in every other mode.
+/// In mode `accurate` a nearly satisfied joint gives the right force. The violation is of the size of
+/// rounding errors, so the result in every other mode is mostly noise.
 #[test]
 fn joints_that_almost_hold_are_accurate() {
     for (kernel, allowed) in [("point_to_point", 5e-7), ("distance", 5e-7), ("hinge", 5e-7)] {
@@ -81,7 +83,8 @@ fn joints_that_almost_hold_are_accurate() {
     }
 }
 
-/// The largest error of a joint's force in floats, off by about 1e-6 m and at rest: damping would drown the violation.
+/// The largest error of a joint's force in floats, with a violation of about 1e-6 m, at rest because damping
+/// would dominate.
 fn almost_held(kernel: &str, mode: Mode) -> f64 {
     let file = library_with(Plan { mode, ..Plan::default() }, "joints");
     let mut functions = file.compiled.functions.iter();
@@ -99,7 +102,7 @@ fn almost_held(kernel: &str, mode: Mode) -> f64 {
         let gains = state.split_off(32);
         let orientations = [state[3..7].to_vec(), state[16..20].to_vec()];
         match kernel {
-            // The anchors apart, the rod as long as that.
+            // Anchors apart, with the rod length equal to the distance.
             "distance" => {
                 let apart: Vec<f64> = (0..3).map(|_| random.uniform(0.2, 0.6)).collect();
                 (0..3).for_each(|k| state[13 + k] = f64::from((state[13 + k] + apart[k]) as f32));
@@ -110,7 +113,7 @@ fn almost_held(kernel: &str, mode: Mode) -> f64 {
                 let length = (0..3).map(|k| (anchors[1][k] - anchors[0][k]).powi(2)).sum::<f64>().sqrt();
                 state.push(length + random.uniform(-1e-6, 1e-6));
             }
-            // The axis of a at right angles to two directions of b.
+            // The axis of a is perpendicular to two directions of b.
             "hinge" => {
                 let inverse: Vec<f64> =
                     orientations[0][..3].iter().map(|x| -x).chain([orientations[0][3]]).collect();
@@ -126,14 +129,14 @@ fn almost_held(kernel: &str, mode: Mode) -> f64 {
         worst = worst.max(error(function, &probe, &state));
         states.push(state);
     }
-    // The same of C, however the compiler contracts.
+    // The same check for the emitted C, for every contraction setting of the compiler.
     if mode == Mode::Accurate {
         worst = worst.max(in_c(&file, kernel, &probe, &states));
     }
     worst
 }
 
-/// The largest error of a kernel's force as the C compiler has it, in floats and contracted.
+/// The largest error of a kernel's force in compiled C, in floats and with contraction.
 fn in_c(file: &ForceFile, kernel: &str, probe: &Probe, states: &[Vec<f64>]) -> f64 {
     let folder = folder(env!("CARGO_TARGET_TMPDIR"), &format!("held_{kernel}"));
     let mut printable = file.printable(&[Precision::F32]);
@@ -152,7 +155,7 @@ fn in_c(file: &ForceFile, kernel: &str, probe: &Probe, states: &[Vec<f64>]) -> f
         .fold(0.0, f64::max)
 }
 
-/// How far a force is off, relative to its largest entry.
+/// Error of a force relative to its largest entry.
 fn apart(exact: &[f64], computed: &[f64]) -> f64 {
     let largest = exact.iter().map(|x| x.abs()).fold(0.0, f64::max);
     exact.iter().zip(computed).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / largest

@@ -1,4 +1,5 @@
-//! Random force files through the whole pipeline: what compiles computes what it says, and compiles to the same bytes twice.
+//! Random force files through the whole pipeline: valid programs compute the value of their source, and
+//! compile to the same bytes twice.
 //!
 //! Programs come from a small grammar over two bodies, with every kind of parameter, law and statement, and functions only
 //! where they are smooth. `PROPTEST_CASES` raises their number.
@@ -25,7 +26,7 @@ fn any(texts: &'static [&'static str]) -> BoxedStrategy<String> {
     proptest::sample::select(texts).prop_map(str::to_owned).boxed()
 }
 
-/// A text with `$0`, `$1` … replaced by what strategies give.
+/// A template in which `$0`, `$1` … are replaced by values of strategies.
 fn fill<const N: usize>(template: &'static str, parts: [BoxedStrategy<String>; N]) -> BoxedStrategy<String> {
     let parts: Vec<BoxedStrategy<String>> = parts.into();
     let filled = move |parts: Vec<String>| {
@@ -167,7 +168,7 @@ fn program() -> BoxedStrategy<String> {
             let returns = returns.replace("$B", if rigid { "Wrench" } else { "Vec3" });
             let back = if rigid { "Wrench { force: -f, torque: f.cross(&u) }" } else { "-f" };
             let result = result.replace("$R", back);
-            // The first vector names may not be read before they are there.
+            // The first vectors cannot use names that are not yet defined.
             let w0 = w0.replace("w0", "u").replace("w1", "arms[0]");
             let w1 = w1.replace("w1", "arms[1]");
             format!(
@@ -192,8 +193,9 @@ fn emitted(text: &str) -> Vec<emit::Generated> {
     [Target::C, Target::Rust].into_iter().flat_map(|target| emit::emit(&file, target)).collect()
 }
 
-/// Whether a report shows an error. Far from the origin random programs take sines of millions, which turn many times
-/// within one step of a difference in doubles, and lose every digit of a balance: there the exact oracle alone is heard.
+/// Whether a report shows an error. Far from the origin random programs take sines of millions, which turn
+/// many times within one step of a difference in doubles and lose every digit of a force balance, so only the
+/// exact oracle counts.
 fn is_wrong(report: &Report) -> bool {
     let oracle = report.comparisons.iter().any(|comparison| comparison.failures > 0);
     let violated = report.invariants.iter().filter(|invariant| invariant.verdict == Verdict::Violated);
@@ -225,9 +227,10 @@ fn random_programs_compute_what_they_say() {
             return Err(TestCaseError::fail(report.table()));
         }
         let (checked, unchecked) = &mut *counts.borrow_mut();
-        // What is singular or passive everywhere, or loses all digits, cannot be checked, and the report says so.
+        // A function that is singular or passive everywhere, or loses all digits, cannot be checked, and the
+        // report says so.
         **(if report.passed { checked } else { unchecked }) += 1;
-        // Any options at all make a kernel or a message.
+        // Any options give a kernel or a message.
         for seed in 0..4 {
             let options = options_for(&text, seed + 4 * text.len() as u64);
             if let Err(errors) = forcec::compile(&text, &options) {
@@ -247,7 +250,7 @@ fn random_programs_compute_what_they_say() {
     }
 }
 
-/// The pinned differences that a program holds; `None` if it subtracts positions otherwise.
+/// The pinned differences of a program; `None` if the program also subtracts positions elsewhere.
 fn pinned(program: &Program) -> Option<BTreeSet<String>> {
     let live = program.live();
     let is_position = |node: &Node| matches!(node, Node::Input(slot) if program.signature.role(*slot) == Some(Role::Position));
@@ -270,7 +273,7 @@ fn pinned(program: &Program) -> Option<BTreeSet<String>> {
     Some(differences)
 }
 
-/// Each pass by itself keeps the value and what is pinned.
+/// Each pass by itself preserves values and pinned differences.
 #[test]
 fn every_pass_keeps_values_and_pins() {
     let config =

@@ -1,4 +1,4 @@
-//! Bounds of rounding errors, of every kernel of the library: no entry is ever further off than its bound.
+//! Bounds of rounding errors for every kernel of the library: the error of an entry never exceeds its bound.
 
 use forcec::internals::compile::{Stages, compile};
 use forcec::internals::kernel::Precision;
@@ -27,7 +27,7 @@ fn library(plan: Plan) -> Vec<Stages> {
     functions
 }
 
-/// At every state with a value in 320 bits no entry is further off than its bound.
+/// At every state with a value in 320 bits the error of each entry is within its bound.
 fn holds(plan: Plan) {
     let (mut compared, mut tight, mut half) = (0, 0, 0);
     for function in library(plan) {
@@ -55,9 +55,9 @@ fn holds(plan: Plan) {
         }
     }
     assert!(compared > 300_000, "{compared} entries");
-    // Of those that round at all, bounds a hundred times as large are few.
+    // Among entries with rounding errors, few have bounds a hundred times as large as the error.
     assert!(tight * 4 > compared, "{tight} of {compared} entries come near their bound");
-    // Bounds half as large would fail at thousands.
+    // Bounds half as large would fail at thousands of entries.
     assert!(half > 1000, "{half} of {compared} entries are off by more than half of their bound");
 }
 
@@ -81,7 +81,8 @@ fn no_error_exceeds_its_bound_accurate() {
     holds(Plan { mode: Mode::Accurate, effort: Effort::Quick, ..Plan::default() });
 }
 
-/// What is analysed is what is computed: bit by bit where no library function is called, else within the bounds.
+/// The analysis computes the same values as the kernel: bit by bit without library functions, otherwise
+/// within the bounds.
 #[test]
 fn values_are_those_of_the_statements() {
     for function in library(Effort::Quick.into()) {
@@ -130,8 +131,8 @@ fn the_library_has_bounds() {
     }
 }
 
-/// Where a divisor may be zero, where a choice hangs on rounding, and where nothing is left of a difference, no bound is
-/// made up.
+/// Where a divisor may be zero, where a branch depends on rounding, or where a difference cancels completely,
+/// there is no bound.
 #[test]
 fn what_has_no_bound_says_so() {
     let bound = |body: &str| {
@@ -142,7 +143,7 @@ fn what_has_no_bound_says_so() {
     };
     let finite = bound("s * p.position.norm_squared()");
     assert!(finite.contains("force ≤ ") && !finite.contains("no bound"), "{finite}");
-    // (x + 1)² − x² − 2x − 1 is zero but for rounding.
+    // (x + 1)² − x² − 2x − 1 is zero except for rounding.
     let square = "let x = p.position.x; let y = (x + 1.0) * (x + 1.0) - x * x - 2.0 * x - 1.0;";
     let cancels = bound(&format!("{square} p.position.y / y"));
     assert!(!cancels.contains("of the largest entry") || cancels.contains("no bound"), "{cancels}");

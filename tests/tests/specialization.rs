@@ -1,6 +1,6 @@
-//! What is known while compiling changes what is computed, not its values: of every library function each body is fixed in
-//! turn, and each parameter set to a value; the entries that are left are those of the general kernel. What else is
-//! computed changes nothing either: any two results are checked together.
+//! Values known at compile time reduce the computation without a change of results. For every library
+//! function each body is fixed in turn, and each parameter set to a value; the remaining entries are those of
+//! the general kernel. The choice of results has no effect either: any two results are checked together.
 
 use forcec::internals::compile::{Request, Stages, compile_file};
 use forcec::internals::math::exact::Exact;
@@ -17,7 +17,8 @@ fn subject(function: &Stages) -> Subject<'_> {
     Subject { source: &function.source, program: &function.program }
 }
 
-/// Every way to know one thing: a body of several, or a parameter, whose value is taken from a state.
+/// Every single specialization: one fixed body if there are several, or one parameter with its value from a
+/// state.
 fn ways(signature: &Signature, state: &[f64]) -> Vec<Specialization> {
     let mut ways = Vec::new();
     if signature.bodies.len() > 1 {
@@ -38,7 +39,8 @@ fn ways(signature: &Signature, state: &[f64]) -> Vec<Specialization> {
     ways
 }
 
-/// How far the entries of the special kernel are from those of the general one, relative to the largest of their array.
+/// Largest error of the special kernel relative to the general kernel, in units of the largest entry of the
+/// array.
 fn furthest(general: &Stages, special: &Stages, states: usize) -> f64 {
     let subjects = [subject(general), subject(special)];
     let [general, special] = [Probe::new(&subjects[0]), Probe::new(&subjects[1])];
@@ -69,7 +71,7 @@ fn furthest(general: &Stages, special: &Stages, states: usize) -> f64 {
     furthest
 }
 
-/// Every function of a file, specialised in every way: what differs from the general kernel.
+/// Every function of a file in every specialization: the differences from the general kernel.
 fn differences(file: &ForceFile) -> Vec<String> {
     let mut differences = Vec::new();
     let tree = syntax::parse(&file.compiled.source).expect("the library parses");
@@ -86,12 +88,13 @@ fn differences(file: &ForceFile) -> Vec<String> {
             let compiled = compiled.unwrap_or_else(|errors| panic!("{name}, {known:?}:\n{errors}"));
             let special = &compiled.functions[0];
             let apart = furthest(general, special, 3);
-            // All of it is computed in 320 bits and rounded once.
+            // All values are computed in 320 bits and rounded once.
             if apart > 1e-14 {
                 differences.push(format!("{name}, {known:?}: {apart:e}"));
             }
             let (all, fewer) = (general.kernel.schedule.operations(), special.kernel.schedule.operations());
-            // Reactions and the last node's blocks cost nothing, so that little may be saved; the search may be unlucky.
+            // Reactions and the last node's blocks cost nothing, so little may be saved, and the search may
+            // find a worse result.
             if 20 * fewer.total() > 21 * all.total() {
                 differences.push(format!(
                     "{name}, {known:?}: {} of {} operations",
@@ -111,7 +114,7 @@ fn special_kernels_are_parts_of_the_general_ones() {
     assert!(differences.is_empty(), "{differences:#?}");
 }
 
-/// Kernels that compute two results are checked, of all files with functions that have both.
+/// Kernels with two results are checked, for all files with functions that have both results.
 #[test]
 fn results_do_not_disturb_each_other() {
     let choices = Part::CHOICES.iter().enumerate();

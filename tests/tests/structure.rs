@@ -1,12 +1,13 @@
-//! The order of the stages, read off the sources: no folder imports itself over others; and files stay readable.
+//! The order of the stages, read from the sources: no folder imports itself through others; and files stay
+//! short.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Lines a file may have.
+/// Largest allowed number of lines per file.
 const LONGEST: usize = 700;
 
-/// The crates whose folders are in order, and how many files each has at least.
+/// The crates with ordered folders, and the smallest number of files of each crate.
 const CRATES: [(&str, usize); 2] = [("forcec", 50), ("runtime", 15)];
 
 fn source(name: &str) -> PathBuf {
@@ -37,7 +38,7 @@ fn module(file: &str) -> &str {
     file.split('/').next().unwrap().trim_end_matches(".rs")
 }
 
-/// A file's text without comments; our strings hold no `//` before a path.
+/// A file's text without comments; string literals of these crates contain no `//` before a path.
 fn code(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
 }
@@ -53,7 +54,7 @@ fn imports(file: &str, text: &str) -> BTreeSet<String> {
         let rest = &code[at + root..];
         let names = match rest.strip_prefix('{') {
             None => vec![rest],
-            // Of a list, what stands before its first inner bracket or path in each part.
+            // For a list, the part of each item before the first inner bracket or path separator.
             Some(list) => parts(list),
         };
         for name in names {
@@ -96,7 +97,7 @@ fn imports_are_found() {
     assert!(imports("cli/show.rs", "use super::print;").is_empty());
 }
 
-/// A folder is done with once all that it imports is done; what is left over imports itself in a circle.
+/// A folder is removed once all its imports are removed; the remaining folders import each other in a circle.
 #[test]
 fn no_folder_imports_itself_over_others() {
     for (name, least) in CRATES {
@@ -105,7 +106,7 @@ fn no_folder_imports_itself_over_others() {
         let folders: BTreeSet<&str> = files.keys().map(|file| module(file)).collect();
         for (file, text) in files.iter().filter(|(file, _)| !matches!(module(file), "lib" | "main")) {
             let found = imported.entry(module(file).to_owned()).or_default();
-            // Names of the crate's root are re-exports: types that a folder has.
+            // Names in the crate root are re-exports of types from folders.
             let inner = imports(file, text).into_iter().filter(|name| folders.contains(name.as_str()));
             found.extend(inner.map(|name| (name, file.clone())));
         }

@@ -1,5 +1,5 @@
-//! Any two values of any two options, on small kernels of many kinds: compilers find nothing, and what is computed is what
-//! the dense kernel computes. `sweep`, a program of this crate, tries them on every function.
+//! Any two values of any two options, on small kernels of many kinds: compilers find nothing, and results
+//! equal those of the dense kernel. `sweep`, a program of this crate, tests the options on every function.
 
 use forcec_tests::sweep::{failures, rows, subjects};
 

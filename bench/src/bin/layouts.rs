@@ -1,5 +1,5 @@
-//! `cargo run --release -p forcec-bench --bin layouts [KERNEL] [ROUNDS]`: how long the layouts of a kernel that is written
-//! by hand take beside it, an instance.
+//! `cargo run --release -p forcec-bench --bin layouts [KERNEL] [ROUNDS]`: run times per instance of the
+//! layouts of a kernel, compared with the hand-written kernel.
 
 use forcec_bench::in_folder;
 use forcec_bench::kernels::{BY_HAND, FLAGS, RUST_FLAGS};

@@ -94,8 +94,8 @@ pub(super) fn pendulum(quick: bool) -> Verdict {
     }
 }
 
-/// A double pendulum without damping: the largest change of its energy, relative to the larger of what it was and the range of
-/// the moving part, and how many steps were tried for each that was asked for.
+/// A double pendulum without damping: the largest change of energy, relative to the larger of the initial
+/// energy and the range of kinetic energy, and the number of attempted steps per requested step.
 fn swing(integrator: Integrator, loss: Option<f64>, steps: u32) -> (f64, f64) {
     let mut scene = Chain { rods: 2, damping: 0.0, ..Chain::default() }.scene();
     scene.world.settings.integrator = integrator;

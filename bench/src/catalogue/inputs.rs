@@ -1,4 +1,4 @@
-//! Values that no world should take: what is not finite, has no length, or is garbage.
+//! Values that a world must refuse or survive: not finite, without length, or garbage.
 
 use super::{Verdict, hash};
 use crate::scenes::{ROD, Scene, box_inertia, c10};

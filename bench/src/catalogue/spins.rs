@@ -4,8 +4,8 @@ use super::{Seen, Verdict, watch};
 use crate::scenes::t_handle;
 use forcec_runtime::prelude::{Rigid, Vec3};
 
-/// A free body with moments 1, 2, 3, stepped by `Rodas4` a frame at a time: what was seen, the change of its angular
-/// momentum, and how often its middle axis turned over.
+/// A free body with moments 1, 2, 3, stepped by `Rodas4` a frame at a time: observations of the run, the
+/// change of angular momentum, and the number of times the middle axis turned over.
 fn tumble(spin: Vec3, time: f64) -> (Seen, f64, usize) {
     let mut scene = t_handle();
     let body = scene.bodies[0];

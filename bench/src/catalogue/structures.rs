@@ -1,4 +1,4 @@
-//! Bodies held together in other ways: a hub, a ring, a net, all in one place, a stack.
+//! Bodies joined in other ways: a hub, a ring, a net, all bodies in one place, a stack.
 
 use super::{Verdict, stable, time, watch};
 use crate::scenes::{ROD, Scene, box_inertia, stack};
@@ -40,7 +40,8 @@ pub(super) fn ring(quick: bool) -> Verdict {
         let bodies: Vec<Body> =
             (0..count).map(|k| scene.rigid(place(k), 1.0, box_inertia(1.0, ROD), ROD)).collect();
         for k in 0..count {
-            // Two joints where one would do: a hinge about z, and the ring holds the rest anyway.
+            // Two joints where one is enough: a hinge about z, although the ring already constrains the other
+            // directions.
             for z in [-0.03, 0.03] {
                 let ends = [bodies[k], bodies[(k + 1) % count]];
                 scene.joint(ends, [Vec3::new(0.25, 0.0, z), Vec3::new(-0.25, 0.0, z)], 1e6, 700.0);
@@ -100,7 +101,7 @@ pub(super) fn coincident(quick: bool) -> Verdict {
         scene
     };
     let joints = stable(&make, time(quick), 1.0 / 120.0);
-    // A rod of length 1 whose anchors lie on each other has no direction: that is for quarantine.
+    // A rod of length 1 with coincident anchors has no direction, which leads to quarantine.
     let mut scene = Scene::new(1.0, 1.0 / 120.0);
     let pin = scene.pin(Vec3::zeros());
     let body = scene.rigid(Rigid::default(), 1.0, Vec3::repeat(0.1), [0.1; 3]);

@@ -8,7 +8,7 @@ use forcec_runtime::nalgebra::{Matrix2, Matrix3};
 use forcec_runtime::prelude::Vec3;
 use std::collections::BTreeMap;
 
-/// A square of cloth, 1 m wide and of 0.2 kg/m², in the plane and held at two corners.
+/// A square of cloth, 1 m wide with 0.2 kg/m², in the plane and fixed at two corners.
 pub fn cloth(side: usize) -> Scene {
     let mut scene = Scene::new(2.0, 1.0 / 60.0);
     let cell = 1.0 / (side - 1) as f64;
@@ -54,7 +54,7 @@ pub fn cloth(side: usize) -> Scene {
     scene
 }
 
-/// A bar of cells of 5 cm, each of five tetrahedra, 1000 kg/m³, held at one end.
+/// A bar of cells of 5 cm, each of five tetrahedra, 1000 kg/m³, fixed at one end.
 pub fn bar(cells: [usize; 3]) -> Scene {
     let mut scene = Scene::new(1.0, 1.0 / 60.0);
     let cell = 0.05;
@@ -99,7 +99,7 @@ pub fn bar(cells: [usize; 3]) -> Scene {
             faces.entry(key).or_default().push(face);
         }
     }
-    // What only one tetrahedron has is the surface.
+    // Faces of only one tetrahedron form the surface.
     let surface = faces.values().filter(|sides| sides.len() == 1).map(|sides| sides[0]);
     scene.look.triangles.extend(surface.map(|face| face.map(|corner| grid[corner])));
     scene

@@ -9,29 +9,29 @@ use forcec_runtime::Integrator;
 use forcec_runtime::prelude::Vec3;
 use std::time::Duration;
 
-/// The steps that are tried, s.
+/// The tested step sizes, s.
 const STEPS: [f64; 9] =
     [1.0 / 30.0, 1.0 / 60.0, 1.0 / 120.0, 1.0 / 240.0, 1.0 / 480.0, 1e-3, 5e-4, 2.5e-4, 1e-4];
 
-/// What a method with error control may err in a step, m, in frames of 1/60 s; the default is among them.
+/// Tolerances per step for methods with error control, m, in frames of 1/60 s; the default is among them.
 const TOLERANCES: [f64; 8] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
-/// How often each point is measured, unless it takes longer than half a second.
+/// Number of measurements per point, unless one takes longer than half a second.
 const ROUNDS: usize = 5;
 
-/// All that is known of a problem.
+/// All measurements of a problem.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Points, maker by maker.
     pub points: Vec<Point>,
-    /// What the error is counted from.
+    /// The reference of the error.
     pub reference: String,
 }
 
-/// One maker's way of stepping, and what it gave.
+/// A stepping method of one maker, and its results.
 #[derive(Clone, Debug)]
 pub struct Point {
-    /// The integrator, or the engine and how it was set.
+    /// The integrator, or the engine and its settings.
     pub maker: String,
     /// Whether the maker is a peer.
     pub is_peer: bool,
@@ -39,26 +39,26 @@ pub struct Point {
     pub h: f64,
     /// The tolerance of a method that chooses its steps within `h`, m.
     pub tolerance: Option<f64>,
-    /// Time of a step on a processor, s, the least of some runs.
+    /// Processor time per step, s, the least of some runs.
     pub step: f64,
-    /// How far off it is.
+    /// The error.
     pub error: f64,
-    /// Steps that were discarded, of all.
+    /// Fraction of discarded steps.
     pub rejected: (usize, usize),
-    /// What to think of it.
+    /// Usability of the point.
     pub state: State,
 }
 
-/// What to think of a point.
+/// Usability of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// All steps were as asked for.
+    /// All steps had the requested size.
     Plain,
-    /// Step control discarded some, and took smaller ones.
+    /// Step control discarded some steps, and took smaller ones.
     Shortened,
-    /// Error control chose all.
+    /// Error control chose all steps.
     Controlled,
-    /// It is further off than if nothing had moved, or not finite.
+    /// The error is larger than the error of no motion, or is not finite.
     Astray,
     /// An island was put in quarantine.
     Quarantined,
@@ -70,7 +70,7 @@ impl State {
         !matches!(self, State::Astray | State::Quarantined)
     }
 
-    /// In a word; nothing if nothing is to be said.
+    /// A one-word description; empty if unnecessary.
     pub fn word(self) -> &'static str {
         match self {
             State::Plain | State::Controlled => "",
@@ -82,13 +82,13 @@ impl State {
 }
 
 impl Point {
-    /// Time of a simulated second, ms.
+    /// Time per simulated second, ms.
     pub fn cost(&self) -> f64 {
         self.step / self.h * 1e3
     }
 }
 
-/// A way of stepping.
+/// A stepping method.
 #[derive(Clone, Copy)]
 struct Way {
     name: &'static str,
@@ -111,9 +111,9 @@ fn ways(quick: bool) -> Vec<Way> {
     each.collect()
 }
 
-/// What a run gave.
+/// Results of a run.
 struct End {
-    /// What the error is of.
+    /// The values from which the error is computed.
     marks: Vec<Vec3>,
     /// The largest change of energy, J.
     drift: f64,
@@ -155,11 +155,11 @@ fn single(problem: &Problem, peers: &[Row], quick: bool, budget: f64) -> Measure
     Measured { points: ours.chain(theirs).collect(), reference: known.text }
 }
 
-/// What is known of a problem's end.
+/// The known final state of a problem.
 struct Known {
-    /// Where it ends, for one of the copies; empty where energy is judged.
+    /// Final state of one copy; empty where energy is judged.
     end: Vec<Vec3>,
-    /// How far one would be off if nothing moved.
+    /// The error if nothing moved.
     moved: f64,
     copies: usize,
     time: f64,
@@ -189,7 +189,7 @@ impl Known {
         let own = distance(&coarse, &fine);
         known.text =
             format!("{:?} at {second:e} s, {own:.1e} m from one at {first:e} s", reference.integrator);
-        // An engine of rigid joints knows better than stiff ones.
+        // Engines with rigid joints use a separate reference, because stiff joints are only an approximation.
         let theirs: Vec<&Row> = peers
             .iter()
             .filter(|row| Some(row.scene.as_str()) == problem.peers && row.is_reference())
@@ -262,7 +262,7 @@ fn refer(reference: &Reference, fine: usize) -> Vec<Vec3> {
     end.expect("a run without a limit").marks
 }
 
-/// Runs a scene to its end; none if it would take longer than `budget`, s.
+/// Runs a scene to its end; `None` if the run would take longer than `budget`, s.
 fn end(scene: &mut Scene, h: f64, marks: fn(&Scene) -> Vec<Vec3>, budget: f64) -> Option<End> {
     let steps = (scene.time / h).round() as usize;
     let start = scene.world.energy();
@@ -276,7 +276,7 @@ fn end(scene: &mut Scene, h: f64, marks: fn(&Scene) -> Vec<Vec3>, budget: f64) -
         end.rejected.0 += report.rejected;
         end.rejected.1 += report.rejected + report.accepted;
         end.quarantined |= report.quarantined > 0;
-        // The first steps set things up, and tell little.
+        // The first steps include set-up, and are not representative.
         if k >= steps / 20 && end.time.as_secs_f64() * steps as f64 > budget * (k + 1) as f64 {
             return None;
         }

@@ -1,4 +1,4 @@
-//! What other engines measured: rows that the programs under `bench/peers` wrote, see `bench/README.md`.
+//! Measurements of other engines: rows that the programs under `bench/peers` wrote, see `bench/README.md`.
 
 use forcec_runtime::prelude::Vec3;
 use std::path::Path;

@@ -26,8 +26,9 @@ const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 90, 90),
 ];
 
-/// The points of a problem: a full dot where all steps were as asked for or chosen by error control, a ring where step
-/// control took smaller ones, a cross at the upper edge for what is of no use. Peers are dashed.
+/// The points of a problem: a full dot if all steps had the requested size or were chosen by error control, a
+/// ring if step control took smaller steps, a cross at the upper edge for an unusable result. Peers are
+/// dashed.
 pub(super) fn plot(problem: &Problem, measured: &Measured) -> String {
     let sound = |point: &&Point| point.state.is_sound() && point.error > 0.0;
     let range = |value: fn(&Point) -> f64, points: &[&Point]| {

@@ -1,52 +1,52 @@
-//! Scenes whose end is known.
+//! Scenes with a known final state.
 
 use crate::scenes::{Scene, bar, c10, cloth, robots, t_handle};
 use forcec_runtime::Integrator;
 use forcec_runtime::prelude::Vec3;
 
-/// A scene whose end is known.
+/// A scene with a known final state.
 #[derive(Debug)]
 pub struct Problem {
-    /// Its name.
+    /// Name of the problem.
     pub name: &'static str,
-    /// What it is.
+    /// Description of the scene.
     pub about: &'static str,
-    /// Makes it.
+    /// Creates the scene.
     pub make: fn() -> Scene,
-    /// How often it holds the same thing, side by side.
+    /// Number of copies of the same system in the scene, side by side.
     pub copies: usize,
-    /// The scene of the peers that is the same, if any.
+    /// Name of the equivalent scene of the peers, if any.
     pub peers: Option<&'static str>,
-    /// How many times as long a run of it may take as one of others.
+    /// Factor on the allowed run time compared with other problems.
     pub dear: f64,
-    /// What is judged.
+    /// The measured error.
     pub judged: Judged,
 }
 
-/// What is judged.
+/// The measured error.
 #[derive(Debug)]
 pub enum Judged {
-    /// Where it ends.
+    /// The error of the final state.
     End(Reference),
-    /// The largest change of energy on the way, for each copy.
+    /// The largest change of energy during the run, for each copy.
     Energy,
 }
 
-/// What ends where it should.
+/// A reference solution.
 #[derive(Debug)]
 pub struct Reference {
-    /// Makes it, coarser or finer: 0 and 1. Copies may be left out.
+    /// Creates the scene at two refinements, 0 (coarse) and 1 (fine). Copies may be omitted.
     pub make: fn(usize) -> Scene,
-    /// Of order four.
+    /// An integrator of order four.
     pub integrator: Integrator,
-    /// The steps, s.
+    /// The step sizes, s.
     pub steps: [f64; 2],
-    /// What is compared.
+    /// The compared points.
     pub marks: fn(&Scene) -> Vec<Vec3>,
 }
 
 impl Problem {
-    /// What its error is, with the unit.
+    /// Description of the error, with the unit.
     pub fn error(&self) -> &'static str {
         match self.judged {
             Judged::End(_) => "error, m",
@@ -59,13 +59,14 @@ const fn end(make: fn(usize) -> Scene, integrator: Integrator, steps: [f64; 2]) 
     Judged::End(Reference { make, integrator, steps, marks: Scene::positions })
 }
 
-/// The ends of a body's axes, 1 m from its centre: its centre alone does not tell how it lies.
+/// The end points of a body's axes, 1 m from its centre, because the centre alone does not determine the
+/// orientation.
 fn tips(scene: &Scene) -> Vec<Vec3> {
     let states = scene.bodies.iter().filter_map(|&body| scene.world.rigid(body).ok());
     states.flat_map(|state| [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| state.orientation * axis)).collect()
 }
 
-/// Half a second of the cloth, while it falls: later it depends on the smallest of errors.
+/// The first half second of the falling cloth; later states are sensitive to the smallest errors.
 fn falling() -> Scene {
     Scene { time: 0.5, ..cloth(40) }
 }

@@ -1,13 +1,14 @@
-//! The comment at a parameter of a kernel.
+//! The comment for a parameter of a kernel.
 //!
-//! In: a kernel and one of its parameters. Out: what the author's doc comment says of the parameter, its storage order
-//! where there is more than one, and its domain. A doc comment describes parameters in phrases such as
-//! `` `arm_a`, `arm_b`: anchors in body space, m. `` at the start of a paragraph or of a sentence.
+//! In: a kernel and one of its parameters. Out: the description of the parameter from the author's doc
+//! comment, its storage order where several orders are possible, and its domain. A doc comment describes
+//! parameters in phrases such as `` `arm_a`, `arm_b`: anchors in body space, m. `` at the start of a
+//! paragraph or of a sentence.
 
 use crate::kernel::Kernel;
 use crate::model::bodies::{Domain, Parameter, ParameterType, Signature};
 
-/// The comment at a parameter. `None` if its name and type say everything.
+/// The comment for a parameter. `None` if its name and type suffice.
 pub(super) fn parameter_comment(kernel: &Kernel, signature: &Signature, index: usize) -> Option<String> {
     if let Some(summary) = kernel.summary_of(signature, index) {
         return Some(summary);
@@ -18,7 +19,7 @@ pub(super) fn parameter_comment(kernel: &Kernel, signature: &Signature, index: u
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-/// What a parameter is that the compiler adds to a constraint.
+/// The description of a parameter that the compiler adds to a constraint.
 fn added(kernel: &Kernel, parameter: &Parameter) -> Option<String> {
     match parameter.name.as_str() {
         "stiffness" if kernel.schedule.signature.rows > 0 => Some("k of the constraint".to_owned()),
@@ -27,7 +28,7 @@ fn added(kernel: &Kernel, parameter: &Parameter) -> Option<String> {
     }
 }
 
-/// The order in which the numbers of a parameter are stored, where a reader could expect another.
+/// The storage order of the numbers of a parameter, where a reader could expect another order.
 fn order(ty: &ParameterType) -> Option<String> {
     match ty {
         ParameterType::Real | ParameterType::Vector(_) => None,
@@ -45,7 +46,7 @@ fn domain(parameter: &Parameter) -> Option<String> {
     }
 }
 
-/// What a doc comment says of a name, without the full stop.
+/// The description of a name in a doc comment, without the full stop.
 fn meaning(docs: &[String], name: &str) -> Option<String> {
     let lines: Vec<&str> = docs.iter().map(|line| line.trim()).collect();
     let paragraphs = lines.split(|line| line.is_empty()).map(|lines| lines.join(" "));

@@ -1,6 +1,7 @@
-//! Long kernels are written in several functions: what each of these needs as arguments, in any target.
+//! The arguments of the functions that a long kernel is split into, for all targets.
 //!
-//! In: a kernel's schedule and one of its sections. Out: its arguments in order; targets declare and pass them.
+//! In: a kernel's schedule and one of its sections. Out: the arguments in order; targets declare and pass
+//! them.
 
 use crate::emit::reads;
 use crate::model::bodies::{Body, Parameter};
@@ -8,22 +9,22 @@ use crate::names::Arguments;
 use crate::schedule::Schedule;
 use crate::schedule::sections::Section;
 
-/// What a part needs.
+/// An argument that a part needs.
 pub(crate) enum Needed<'a> {
-    /// A body, by its name.
+    /// A body, with its name.
     Body(&'a Body, &'a str),
-    /// The parameters, by the name of the argument.
+    /// The parameters, with the name of the argument.
     Parameters(&'a str),
-    /// An extra argument, by its name.
+    /// An extra argument, with its name.
     Extra(&'a Parameter, &'a str),
-    /// The struct through which parts hand on values, and whether this one does.
+    /// The struct through which parts share values, and whether this part writes values to it.
     Shared(bool),
-    /// Where results are written.
+    /// The destination of the results.
     Results,
 }
 
 impl Needed<'_> {
-    /// What it is called in the part; but for what is shared, the kernel calls it so too.
+    /// The name of the argument in the part; the kernel uses the same name, except for the shared struct.
     pub(crate) fn name(&self) -> &str {
         match self {
             Needed::Body(_, name) | Needed::Extra(_, name) | Needed::Parameters(name) => name,

@@ -1,7 +1,7 @@
-//! The special functions as statements, recorded from the very code that evaluates them.
+//! The special functions as statements, recorded from the code that evaluates them.
 //!
-//! In: a function and a precision. Out: a [`Routine`]: its arguments, when it returns early, and the statements of both
-//! ways. Coefficients that vanish in the precision leave the series.
+//! In: a function and a precision. Out: a [`Routine`]: its arguments, its early returns, and the statements
+//! of both branches. Coefficients that round to zero in the precision are omitted from the series.
 
 use crate::kernel::Precision;
 use crate::math::exact::Exact;
@@ -13,29 +13,29 @@ use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::rc::Rc;
 
-/// A function of its own in the generated code.
+/// A special function that the generated code defines.
 pub(crate) struct Routine {
-    /// What it computes.
+    /// A description of the function.
     pub(crate) summary: String,
-    /// Its arguments are the first variables.
+    /// The number of arguments; the arguments are the first variables.
     pub(crate) arguments: usize,
     /// Arguments and temporaries.
     pub(crate) variables: Vec<Variable>,
-    /// What it does before it returns its result.
+    /// The statements before the final result.
     pub(crate) steps: Vec<Step>,
-    /// What it returns at the end.
+    /// The final result.
     pub(crate) result: Expression,
 }
 
 /// A step of a routine.
 pub(crate) enum Step {
-    /// A temporary.
+    /// Defines a temporary.
     Do(Statement),
-    /// If the condition holds, these statements, and the end with this result.
+    /// If the condition is true, executes the statements and returns the result.
     Return(Expression, Vec<Statement>, Expression),
 }
 
-/// The definition of a function; `None` for those that every target has.
+/// The definition of a function; `None` for functions that every target provides.
 pub(crate) fn routine(function: Function, precision: Precision) -> Option<Routine> {
     match precision {
         Precision::F64 => record::<false>(function),
@@ -120,7 +120,7 @@ impl Recorder {
         Name(variables.len() as u32 - 1)
     }
 
-    /// What is computed if the condition holds, and returned.
+    /// Records an early return: the statements and the result of the branch where the condition is true.
     fn choice<const SINGLE: bool>(&self, condition: Expression, compute: impl FnOnce() -> Trace<SINGLE>) {
         let before = self.steps.take();
         let result = compute().value;
@@ -134,7 +134,7 @@ impl Recorder {
     }
 }
 
-/// A number that is the expression it was computed by; `SINGLE` rounds constants to `f32`.
+/// A number that records the expression it was computed by; `SINGLE` rounds constants to `f32`.
 #[derive(Clone)]
 struct Trace<const SINGLE: bool> {
     value: Expression,
@@ -183,7 +183,7 @@ impl<const SINGLE: bool> Arithmetic for Trace<SINGLE> {
 }
 
 impl<const SINGLE: bool> Choice for Trace<SINGLE> {
-    /// One level deep: no way chooses again.
+    /// Branches do not nest.
     fn if_less(x: &Self, y: &Self, less: impl FnOnce() -> Self, otherwise: impl FnOnce() -> Self) -> Self {
         let condition = Expression::Compare(Comparison::Less, Box::new([x.value.clone(), y.value.clone()]));
         if let Some(recorder) = x.recorder.as_ref().or(y.recorder.as_ref()) {

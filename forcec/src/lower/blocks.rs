@@ -1,7 +1,7 @@
-//! Blocks of derivatives: three by three reals of a vector and a variable.
+//! Blocks of derivatives: three by three scalars for a vector and a variable.
 //!
-//! In: forces, and the variables along which they are differentiated. Out: the entries of results on the scalar graph. Each
-//! block is lowered in the cheapest of the ways there are; an attempt that loses is rolled back.
+//! In: forces, and the variables of differentiation. Out: the entries of results on the scalar graph. Each
+//! block is lowered in the cheapest available way; other attempts are rolled back.
 
 use crate::derive::Combination;
 use crate::derive::block::Matrix;
@@ -14,7 +14,7 @@ use smallvec::{SmallVec, smallvec};
 use std::collections::BTreeMap;
 
 impl Lowering {
-    /// The generalised forces.
+    /// Lowers the generalised forces.
     pub(crate) fn forces(
         &mut self,
         forces: &[(crate::model::bodies::Block, Combination<Vector>)],
@@ -28,7 +28,7 @@ impl Lowering {
         force
     }
 
-    /// Rows of derivatives of reals.
+    /// Lowers the derivatives of reals, row by row.
     pub(crate) fn jacobian(
         &mut self,
         rows: impl Iterator<Item = Real>,
@@ -56,7 +56,7 @@ impl Lowering {
         })
     }
 
-    /// N rows of N entries from three-by-three blocks.
+    /// Lowers N rows of N entries from three-by-three blocks.
     pub(crate) fn blocks(
         &mut self,
         forces: &[(crate::model::bodies::Block, Combination<Vector>)],
@@ -104,7 +104,7 @@ impl Lowering {
         }
     }
 
-    /// D of a vector as nine scalars, by the cheapest of the ways there are.
+    /// D of a vector as nine scalars, lowered in the cheapest available way.
     pub(crate) fn best(&mut self, vector: Vector, variable: Variable) -> Dense {
         if self.is_full() {
             return self.left_out();
@@ -124,7 +124,7 @@ impl Lowering {
         dense
     }
 
-    /// Lowers D of a vector in each of the ways there are, on what exists already, and keeps the cheapest.
+    /// Lowers D of a vector in every available way, given the existing nodes, and keeps the cheapest.
     pub(crate) fn cheapest(&mut self, vector: Vector, variable: Variable) -> Dense {
         if let Some(&way) = self.ways.get(&(vector, variable)) {
             return self.lower_block(vector, variable, way);
@@ -143,7 +143,7 @@ impl Lowering {
         if cost < best.0 { dense } else { self.lower_block(vector, variable, way) }
     }
 
-    /// Lowers D of a vector in one way, and undoes it if its cost in operations is not to be kept.
+    /// Lowers D of a vector in one way, and rolls it back unless `keep` accepts its cost in operations.
     pub(crate) fn attempt(
         &mut self,
         vector: Vector,
@@ -166,13 +166,13 @@ impl Lowering {
         (cost, dense)
     }
 
-    /// What stands for a block of a kernel that is refused.
+    /// A placeholder block for a kernel that is rejected as too large.
     pub(crate) fn left_out(&mut self) -> Dense {
         self.full = true;
         [[self.scalar.zero(); 3]; 3]
     }
 
-    /// The ways to lower D of a vector that can differ.
+    /// The ways to lower D of a vector that may give different results.
     pub(crate) fn ways_of(&mut self, vector: Vector, variable: Variable) -> &'static [Way] {
         use Way::{Cross, Normal, Parts};
         let graph = &self.lie.graph;
@@ -259,7 +259,7 @@ impl Lowering {
         self.matrix(&matrix)
     }
 
-    /// s I + [k]× + Σ u vᵀ entry by entry. Where s holds −u·v the diagonal has two products fewer.
+    /// s I + [k]× + Σ u vᵀ entry by entry. If s contains the term −u·v, the diagonal has two products fewer.
     pub(crate) fn matrix(&mut self, matrix: &Matrix) -> Dense {
         let matrix = &matrix.plain(&mut self.lie.graph);
         let mut identity = linear(&self.lie.graph, matrix.identity);
@@ -307,14 +307,14 @@ impl Lowering {
     }
 }
 
-/// Longer sums are lowered term by term without an attempt at the whole.
+/// Longer sums are lowered term by term, without an attempt to lower the whole.
 const LONGEST_WHOLE: usize = 16;
 
 #[derive(Clone, Copy)]
 pub(crate) enum Way {
     /// From the normal form.
     Normal,
-    /// A sum term by term, each by its own best way.
+    /// Term by term, each in its own best way.
     Parts,
     /// A cross product, each side as a dense product or from its normal form.
     Cross(bool, bool),
@@ -333,7 +333,7 @@ fn linear(g: &crate::vector::Graph, x: Real) -> Vec<(Exact, Real)> {
     }
 }
 
-/// u·v as the linear combination that the rules of the algebra would have made of it.
+/// u·v as the linear combination that the vector graph would have simplified it to.
 fn dot_terms(g: &mut crate::vector::Graph, u: Vector, v: Vector) -> Vec<(Exact, Real)> {
     // A vector as Σ coefficient · scale · vector.
     let parts = |g: &crate::vector::Graph, v: Vector| -> SmallVec<[(Exact, Option<Real>, Vector); 2]> {

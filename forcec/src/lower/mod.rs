@@ -1,9 +1,9 @@
-//! From vectors to scalars: every node of the vector graph becomes reals, every block nine of them.
+//! From vectors to scalars: every node of the vector graph becomes scalars, every block nine of them.
 //!
-//! In: [`Derived`] forces and the derivatives it forms on demand. Out: a [`Program`] on the canonical scalar graph.
-//! A block is lowered from its normal form `s I + [k]× + Σ u vᵀ`, or from the dense product it came from, whichever
-//! makes fewer new operations; an attempt that loses is rolled back. Rotations use one polynomial, v + 2w (u×v) +
-//! 2u×(u×v) on the stored quaternion, as a matrix where it serves several arms.
+//! In: [`Derived`] forces, and derivatives formed on demand. Out: a [`Program`] on the canonical scalar
+//! graph. A block is lowered from its normal form `s I + [k]× + Σ u vᵀ`, or from the dense product it came
+//! from, whichever adds fewer operations; the other attempt is rolled back. Rotations use one polynomial, v +
+//! 2w (u×v) + 2u×(u×v) of the stored quaternion, and a matrix if the same quaternion rotates several arms.
 
 mod blocks;
 mod residual;
@@ -25,12 +25,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 type Dense = [[Id; 3]; 3];
 
-/// Operations of a kernel as it is lowered: what takes more takes minutes, here and in the compiler that reads it.
+/// The largest number of operations of a lowered kernel: a larger kernel takes minutes to lower and to
+/// compile.
 pub const MOST_OPERATIONS: usize = 500_000;
 
-/// Lowers forces and derivatives; the program knows its residual if that is of interest. `None` if it has more than
-/// `most` operations. Where the function is given as it was written, its values are computed so, and what else is made of
-/// them reads these.
+/// Lowers forces and derivatives; with `residual`, the program marks the scalars that lose digits. `None` if
+/// the program has more than `most` operations. If `source` is given, the values of the function are computed
+/// as the author wrote them, and everything derived from the values reads these.
 pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Definition>) -> Option<Program> {
     let signature = derived.lie.graph.signature.clone();
     let shared = shared_rotations(&derived);
@@ -52,7 +53,7 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
     let returned = written.filter(|_| source.is_some_and(|source| matches!(source.law, Law::Force(_))));
     let [forces, impulses] = &derived.pieces;
     let mirrored = derived.symmetric.then_some(forces);
-    // The same where poses move in steps.
+    // The corresponding map for poses that move in steps.
     let stepped = derived.symmetric.then(|| lowering.lie.stepped(impulses));
     let lost =
         if residual { lowering.residual(&derived.rows, &derived.forces, derived.stated) } else { vec![] };
@@ -82,7 +83,7 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
     let full = lowering.is_full();
     let mut program = Program { signature, graph: lowering.scalar, arrays };
     let live = program.live();
-    // A power takes few multiplications, however high.
+    // A power takes few multiplications, even for a high exponent.
     let size = |(id, node): (Id, &scalar::Node)| if live[id.index()] { node.operands().len() } else { 0 };
     if full || program.graph.iter().map(size).sum::<usize>() > most {
         return None;
@@ -91,7 +92,7 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
     Some(program)
 }
 
-/// The stored quaternions that turn several arms.
+/// The stored quaternions that rotate several arms.
 fn shared_rotations(derived: &Derived) -> BTreeSet<Slot> {
     let graph = &derived.lie.graph;
     let mut open: Vec<u32> =
@@ -105,7 +106,7 @@ fn shared_rotations(derived: &Derived) -> BTreeSet<Slot> {
         let node = graph.node(index as usize);
         match node {
             Node::Rotate(quaternion, ..) => *arms.entry(*quaternion).or_default() += 1,
-            // Its derivatives turn three basis vectors.
+            // The derivatives of the product rotate three basis vectors.
             Node::TurnVector(turn) => turn.iter().for_each(|(slot, _)| *arms.entry(*slot).or_default() += 3),
             _ => {}
         }
@@ -130,19 +131,19 @@ pub(crate) struct Lowering {
     pub(crate) scalar: scalar::Graph,
     pub(crate) lowered: FxHashMap<u32, Lowered>,
     dense: FxHashMap<(Vector, Variable), Dense>,
-    /// What was added to `lowered` and to `dense`, in order, so that an attempt can be undone.
+    /// Keys added to `lowered` and to `dense`, in order, so that an attempt can be rolled back.
     journal: Vec<Added>,
-    /// The way that was best for a derivative when it was first asked for.
+    /// The best way to lower a derivative, chosen at its first request.
     ways: FxHashMap<(Vector, Variable), Way>,
     shared: BTreeSet<Slot>,
-    /// Operations there may be.
+    /// The largest allowed number of operations.
     most: usize,
-    /// Whether something was left out because there is too much.
+    /// Whether something was omitted because the kernel is too large.
     full: bool,
 }
 
 impl Lowering {
-    /// Whether there is so much that nothing more is lowered.
+    /// Whether the kernel is too large, so that nothing more is lowered.
     fn is_full(&self) -> bool {
         let most = self.most.saturating_mul(2);
         self.full || self.scalar.len() > most || self.lie.graph.len() > most
@@ -246,7 +247,7 @@ impl Lowering {
         }
     }
 
-    /// An entry of an argument, or the number that stands for it.
+    /// An argument entry, or the number that replaces the entry.
     fn input(&mut self, slot: Slot) -> Id {
         match self.lie.graph.signature.folded(slot) {
             Some(value) => self.scalar.constant(value),
@@ -254,7 +255,7 @@ impl Lowering {
         }
     }
 
-    /// The pinned difference of two entries; from zero there is nothing to pin.
+    /// The pinned difference of two entries; if an entry is zero, no difference is pinned.
     fn difference(&mut self, first: Slot, second: Slot) -> Id {
         let zero = |slot: &Slot| self.lie.graph.signature.known(*slot).is_some_and(|value| value.is_zero());
         if [first, second].iter().any(zero) {
@@ -276,7 +277,8 @@ impl Lowering {
                 let mut powers = Vec::with_capacity(factors.len());
                 for &(factor, exponent) in factors {
                     let id = self.id(factor.0);
-                    // A power of a product is not the product of powers: each of these may leave the range.
+                    // A power of a product is not expanded into a product of powers: a single power may leave
+                    // the range.
                     let id = if exponent.unsigned_abs() > 1 { self.scalar.held(id) } else { id };
                     let base = if exponent < 0 { self.scalar.recip(id) } else { id };
                     powers.push((base, exponent.unsigned_abs()));
@@ -397,7 +399,7 @@ impl Lowering {
         })
     }
 
-    /// The matrix of the same polynomial.
+    /// The matrix of the rotation polynomial.
     fn rotation_matrix(&mut self, u: [Id; 3], double: [Id; 3], w: Id) -> Dense {
         let one = Exact::ONE;
         let square = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.scalar.mul(u[i.min(j)], double[i.max(j)])));
@@ -413,7 +415,7 @@ impl Lowering {
         matrix
     }
 
-    /// The rows of C, or E, become values that are known already.
+    /// Replaces the rows of C, or E, by values that are already lowered.
     fn stand_in(&mut self, rows: &[(Real, Real)], values: &[Id]) {
         let mut vectors: BTreeMap<u32, [Option<Id>; 3]> = BTreeMap::new();
         for ((row, _), value) in rows.iter().zip(values) {
@@ -436,7 +438,7 @@ impl Lowering {
     }
 }
 
-/// Twice a number that lies halfway between whole ones and is not large.
+/// Twice a number that is halfway between two integers and not large.
 fn half_integer(g: &crate::vector::Graph, x: Real) -> Option<i32> {
     let twice = g.value(x).map(|value| value + value)?.to_i64()?;
     (twice % 2 != 0 && twice.abs() <= 64).then_some(twice as i32)

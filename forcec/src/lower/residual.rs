@@ -1,7 +1,7 @@
-//! Where digits are lost, for mode `accurate`.
+//! The scalars that lose digits by cancellation, for mode `accurate`.
 //!
-//! In: what was lowered of a derivation. Out: the scalars that are sums whose terms can cancel; `accurate.rs` follows them
-//! back to the inputs.
+//! In: a lowered derivation. Out: the scalars that are sums whose terms can cancel; `accurate.rs` follows
+//! these scalars back to the inputs.
 
 use crate::derive::Combination;
 use crate::lower::{Lowered, Lowering};
@@ -11,8 +11,8 @@ use crate::vector::{Node, Real, Vector};
 use std::collections::BTreeSet;
 
 impl Lowering {
-    /// Where digits are lost: in the rows of a constraint and their rates; of an energy or a force in every sum that
-    /// its author wrote, in dot and in cross products, as far as forces are made of them.
+    /// The sums that lose digits: for a constraint, the rows and their rates; for an energy or a force, every
+    /// sum that the author wrote, and the dot and cross products, as far as the forces depend on them.
     pub(crate) fn residual(
         &mut self,
         rows: &[(Real, Real)],

@@ -1,8 +1,8 @@
-//! The values of a function as its author wrote them, for mode `strict`.
+//! The values of a function in the author's order of operations, for mode `strict`.
 //!
-//! In: a definition in a graph that simplifies nothing. Out: its rows of C, its E or its forces on the scalar graph, one
-//! node an operation. Promise: the operations are those that rustc makes of the text over nalgebra, in that order: no
-//! factor is moved, no sum regrouped, every quotient is a division.
+//! In: a definition in a graph that simplifies nothing. Out: its rows of C, its E or its forces on the scalar
+//! graph, one node per operation. Promise: the operations are those that rustc generates from the source with
+//! nalgebra, in the same order: no factor moves, no sum is regrouped, every quotient is a division.
 
 use crate::math::exact::Exact;
 use crate::math::functions::{Function, Operator};
@@ -17,7 +17,7 @@ enum Value {
     Vector([Id; 3]),
 }
 
-/// The rows of C, E alone, or the entries of F block by block.
+/// The rows of C, the single value E, or the entries of F block by block.
 pub(crate) fn rows(graph: &mut Graph, definition: &Definition) -> Vec<Id> {
     let vectors = &definition.graph;
     let mut roots: Vec<usize> = Vec::new();
@@ -67,7 +67,7 @@ impl Writer<'_> {
         self.id(x.0)
     }
 
-    /// A real or a truth.
+    /// The scalar of a real or a boolean.
     fn id(&self, index: u32) -> Id {
         match self.values[index as usize] {
             Some(Value::Real(id)) => id,
@@ -114,7 +114,7 @@ impl Writer<'_> {
         self.mul(number, x)
     }
 
-    /// Σ coefficient · term, from the left; what is subtracted is subtracted.
+    /// Σ coefficient · term, from the left; negative terms are subtracted.
     fn sum(&mut self, constant: &Exact, terms: &[(Exact, Id)]) -> Id {
         let mut sum =
             (!constant.is_zero() || terms.is_empty()).then(|| self.graph.constant(constant.clone()));
@@ -130,7 +130,7 @@ impl Writer<'_> {
         sum.expect("an empty sum is a number")
     }
 
-    /// xⁿ by squaring from the lowest bit on, as `powi` does it.
+    /// xⁿ by repeated squaring from the lowest bit on, like `powi`.
     fn power(&mut self, x: Id, n: i32) -> Id {
         let mut product = None;
         let (mut square, mut rest) = (x, n.unsigned_abs());

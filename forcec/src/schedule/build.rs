@@ -1,10 +1,11 @@
-//! Items as statements: which values get a line of their own, in which order, and where long lines are cut.
+//! From items to statements: which values get a line of their own, in which order, and where long lines are
+//! split.
 //!
-//! In: items, operands before users. Out: a schedule. The walk is depth first from the outputs in their order, so a
-//! value is computed right before it is first needed and stored, with everything equal to it, as soon as it is there.
-//! Rows that follow from others are written by loops; the rows of the same matrix are stored when all their entries
-//! are there, side by side, so that compilers make wide stores of them and wide loads in the loops; the zeros among them
-//! come right before.
+//! In: items, operands before users. Out: a schedule. The items are visited depth first from the outputs in
+//! order, so that a value is computed right before its first use and stored at once in every output equal to
+//! it. Loops write the rows that follow from other rows. The rows that these loops read are stored together
+//! once all their entries are computed, so that compilers use wide stores for the rows and wide loads in the
+//! loops. The zeros among these entries are stored right before them.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
@@ -21,7 +22,7 @@ use crate::schedule::{Expression, Name, Output, Part, Schedule, Statement, Style
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
-/// The statements that compute the items' outputs.
+/// Builds the statements that compute the outputs of the items.
 pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], style: Style) -> Schedule {
     let mut distinct: Vec<ItemId> =
         items.outputs.iter().map(|(_, edge)| edge.item).filter(|item| !items.is_zero(*item)).collect();
@@ -76,7 +77,8 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
     }
 }
 
-/// Which items are written on a line of their own: what is used twice or named, and what no line can hold.
+/// Which items get a line of their own: items that are used twice or named, and items that do not fit into a
+/// line.
 fn own_line(signature: &Signature, items: &Items, rows: &Rows, single: bool) -> Vec<bool> {
     let mut own: Vec<bool> = items.items.iter().zip(&items.uses).map(|(_, uses)| *uses > 1).collect();
     for (own, source) in own.iter_mut().zip(&items.sources) {
@@ -88,17 +90,18 @@ fn own_line(signature: &Signature, items: &Items, rows: &Rows, single: bool) -> 
             Item::Input(slot) => {
                 let long = cut::input_width(signature, *slot) > cut::LONG_INPUT;
                 own[index] |= long || single || signature.known(*slot).is_some();
-                // What is an argument by itself has a name already.
+                // An argument that is a single number has a name already.
                 let lone = signature.parameter(*slot).is_some_and(|p| p.ty == ParameterType::Real);
                 own[index] &= !(lone && signature.extra(*slot).is_some() && signature.known(*slot).is_none());
             }
-            // No logic within logic: every language and every linter reads that alike.
+            // No nesting of logical operators: the lines then read the same in every language and pass every
+            // linter.
             Item::And(a, b) | Item::Or(a, b) => [*a, *b].into_iter().for_each(|x| own[x as usize] = true),
             Item::Not(a) => own[*a as usize] = true,
             _ => {}
         }
     }
-    // A selection that is stored and nothing else is its own statement already.
+    // A selection whose only use is a store is a statement already.
     for (_, edge) in &items.outputs {
         let item = edge.item as usize;
         if matches!(items.items[item], Item::Select(..)) && !edge.negative {
@@ -116,8 +119,8 @@ fn own_line(signature: &Signature, items: &Items, rows: &Rows, single: bool) -> 
     own
 }
 
-/// Which named items are written down as their negative: those that are stored or passed on negated more often than
-/// not, where a sign turned around costs nothing.
+/// Which named items are defined as their negatives: items that are stored or read negated more often than
+/// not, if the change of sign costs no operation.
 fn flipped(items: &Items, own_line: &[bool], rows: &Rows) -> Vec<bool> {
     let mut free = vec![false; items.items.len()];
     let mut votes = vec![0i32; items.items.len()];
@@ -150,7 +153,7 @@ fn flipped(items: &Items, own_line: &[bool], rows: &Rows) -> Vec<bool> {
     turns.map(|((own, named), (free, votes))| *own && !named && *free && *votes < 0).collect()
 }
 
-/// What the numbered names of a subtree are numbered within.
+/// The item or output whose name is the stem of the numbered names in a subtree.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 enum Family {
     Item(ItemId),
@@ -161,24 +164,24 @@ pub(super) struct Builder<'a> {
     pub(super) signature: &'a Signature,
     items: &'a Items,
     rows: &'a Rows,
-    /// Whether the statements stand in a loop over instances.
+    /// Whether the statements are inside a loop over instances.
     pub(super) single: bool,
     adds: bool,
     own_line: Vec<bool>,
-    /// Whether the name of an item stands for its negative.
+    /// Whether the name of an item denotes its negative.
     flipped: Vec<bool>,
-    /// Names that say what they are.
+    /// Names derived from the source.
     told: Vec<Option<String>>,
-    /// The outputs that are an item or its negative, and are stored when it is there.
+    /// The outputs equal to an item or its negative; they are stored when the item is computed.
     stores: FxHashMap<ItemId, Vec<(Output, Edge)>>,
-    /// The outputs that are stored.
+    /// The outputs already stored.
     stored: FxHashSet<Output>,
-    /// The part that is being written.
+    /// The current part.
     part: Part,
-    /// What stands for an item where it is used: a name, or until its only use the tree itself.
+    /// The expression for an item at its uses: a name, or the tree itself before its only use.
     values: Vec<Option<Expression>>,
     pub(super) variables: Vec<Variable>,
-    /// Of every variable: how it vanishes or grows where positions meet.
+    /// The valuation of every variable: how the variable vanishes or grows as positions coincide.
     valuations: Vec<Valuation>,
     statements: Vec<Statement>,
     taken: Taken,
@@ -192,7 +195,7 @@ struct Frame {
 }
 
 impl Builder<'_> {
-    /// The statement that leaves where tests hold, after what it needs.
+    /// Emits the early return of a guard, after the values that the guard reads.
     fn leave_where(&mut self, guard: &Guard) {
         let mut holds: Option<Expression> = None;
         let join = |pair| if guard.unless { Expression::Or(pair) } else { Expression::And(pair) };
@@ -201,7 +204,7 @@ impl Builder<'_> {
             let [x, y] = pair.map(|edge| self.signed(edge));
             let test = Expression::Compare(*comparison, Box::new(turned(x, y)));
             holds = Some(match holds {
-                // No logic within logic.
+                // No nesting of logical operators.
                 Some(others @ (Expression::And(_) | Expression::Or(_))) => {
                     join(Box::new([self.part(others), test]))
                 }
@@ -210,7 +213,7 @@ impl Builder<'_> {
             });
         }
         if let Some(acts) = holds.take_if(|_| guard.unless) {
-            // By a name: the opposite of a comparison is another where something is not a number.
+            // Negate a named value: inverting the comparison gives a different result for NaN.
             let acts = self.fit_statement(acts, Room::DEFINITION);
             let name = self.taken.claim("acts");
             let name = Expression::Name(self.define(name, acts));
@@ -224,7 +227,8 @@ impl Builder<'_> {
 
     fn outputs(&mut self) {
         let rows = self.rows;
-        // What loops write needs little, and the processor computes the next part meanwhile.
+        // Lists and loop-written parts come first: loops need few values, and the processor computes the next
+        // part meanwhile.
         let looped = |part: &Part| rows.scaled.iter().any(|scaled| scaled.part == *part);
         let mut parts = self.items.parts.clone();
         parts.sort_by_key(|part| !part.is_list() && !looped(part));
@@ -235,7 +239,7 @@ impl Builder<'_> {
                 self.items.outputs.iter().filter(|(output, _)| output.part == part).copied().collect();
             let together =
                 |x: &(Output, Edge), y: &(Output, Edge)| rows.side_by_side(part) && x.0.row == y.0.row;
-            // Zeros among what is stored side by side come right before it.
+            // The zeros among entries that are stored together come right before them.
             let empty = |row: &&[(Output, Edge)]| row.iter().all(|(_, edge)| self.items.is_zero(edge.item));
             let empty: Vec<(Output, Edge)> =
                 outputs.chunk_by(together).filter(empty).flatten().copied().collect();
@@ -259,13 +263,13 @@ impl Builder<'_> {
         rows.negated.iter().filter(|negated| !rows.looped(negated)).for_each(|negated| self.negated(negated));
     }
 
-    /// Rows that are the negatives of others.
+    /// Emits the loop for rows that are the negatives of other rows.
     fn negated(&mut self, negated: &Negated) {
         let Negated { part, ref rows, of, from } = *negated;
         self.statements.push(Statement::Negated { part, rows: rows.clone(), of, from });
     }
 
-    /// Rows that are multiples of one row.
+    /// Emits the loops for rows that are multiples of one row.
     fn scaled(&mut self, scaled: &Scaled) {
         let part = scaled.part;
         let place = |row: usize, column: usize| Family::Output(Output::new(part, row, column));
@@ -288,7 +292,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The zeros among some outputs of a part.
+    /// Emits the zeros among some outputs of a part.
     fn zeros(&mut self, part: Part, outputs: &[(Output, Edge)]) {
         let mut rows: Vec<(usize, Vec<Range<usize>>)> = Vec::new();
         for (Output { row, column, .. }, _) in
@@ -308,7 +312,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Stores a value everywhere in the part that is being written, unless that is written row by row.
+    /// Stores a value in all equal outputs of the current part, except for parts that are stored row by row.
     fn store_all(&mut self, item: ItemId) {
         let Some(outputs) = self.stores.get_mut(&item) else { return };
         let now: Vec<(Output, Edge)> =
@@ -334,7 +338,7 @@ impl Builder<'_> {
         });
     }
 
-    /// Everything an item needs, then the item.
+    /// Visits the operands of an item, then the item.
     fn visit(&mut self, item: ItemId, family: Family) {
         let mut stack = Vec::new();
         self.enter(&mut stack, item, family);
@@ -395,7 +399,7 @@ impl Builder<'_> {
         id
     }
 
-    /// How a tree vanishes or grows where positions meet.
+    /// The valuation of a tree: how the tree vanishes or grows as positions coincide.
     fn valuation(&self, value: &Expression) -> Valuation {
         value.valuation(&|atom| match atom {
             Expression::Name(name) => self.valuations[name.index()],
@@ -404,7 +408,7 @@ impl Builder<'_> {
         })
     }
 
-    /// A product whose factors stand in an order that floats hold.
+    /// Reorders the factors of a product so that partial products stay in the range of floats.
     fn in_turns(&self, value: Expression) -> Expression {
         match value {
             Expression::Quotient(over, under) => turns::in_turns(over, under, &|x| self.valuation(x)),
@@ -413,7 +417,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The same for the factors of a fused multiplication.
+    /// Reorders the factors of a fused multiply-add in the same way.
     fn fused_in_turns(&self, x: Expression, y: Expression) -> [Expression; 2] {
         match x {
             Expression::Negative(x) => {
@@ -433,13 +437,13 @@ impl Builder<'_> {
         }
     }
 
-    /// The next numbered name of the family.
+    /// The next numbered name of the current family.
     fn numbered(&mut self) -> String {
         let stem = self.stem();
         self.taken.part(&stem)
     }
 
-    /// How long the numbered names of the family are, about.
+    /// The approximate length of the numbered names of the current family.
     pub(super) fn part_width(&self) -> usize {
         names::part_width(&self.stem())
     }
@@ -451,7 +455,7 @@ impl Builder<'_> {
         }
     }
 
-    /// What stands for an item; a tree is taken away by its only user.
+    /// The expression for an item; a tree is moved out to its only user.
     fn value(&mut self, item: ItemId) -> Expression {
         match &mut self.values[item as usize] {
             Some(value) if value.is_atom() => value.clone(),
@@ -510,7 +514,8 @@ impl Builder<'_> {
         }
     }
 
-    /// A product or quotient of which nothing becomes part; but signs move outward, which rounds nothing.
+    /// A product or quotient into which no operand is merged. Only signs move outward, which causes no
+    /// rounding.
     fn as_written(&mut self, over: &[ItemId], under: &[ItemId]) -> Expression {
         let mut negative = false;
         let mut unsigned = |value: Expression| match value {
@@ -526,7 +531,7 @@ impl Builder<'_> {
         if negative { negate(value) } else { value }
     }
 
-    /// A smaller or larger of a smaller or larger gets two lines: linters take it for a clamp.
+    /// Splits a nested min or max into two statements: linters report nested ones as a clamp.
     fn plain_arguments(&mut self, function: Function, arguments: Vec<Expression>) -> Vec<Expression> {
         let chooses = |function: Function| matches!(function, Function::Min | Function::Max);
         let mut plain = Vec::new();
@@ -539,14 +544,14 @@ impl Builder<'_> {
         plain
     }
 
-    /// A tree on a line of its own, and its name.
+    /// Moves a tree to a line of its own and returns its name.
     pub(super) fn part(&mut self, value: Expression) -> Expression {
         let name = self.numbered();
         Expression::Name(self.define(name, value))
     }
 }
 
-/// −x, by turning a sign around where there is one.
+/// −x, with an existing sign flipped where possible.
 pub(super) fn negate(value: Expression) -> Expression {
     match free_negative(&value) {
         Some(negative) => negative,
@@ -554,7 +559,7 @@ pub(super) fn negate(value: Expression) -> Expression {
     }
 }
 
-/// −x, if that takes no operation.
+/// −x, if the negation costs no operation.
 fn free_negative(value: &Expression) -> Option<Expression> {
     match value {
         Expression::Literal(number) => Some(Expression::Literal(-number)),
@@ -581,7 +586,7 @@ fn free_negative(value: &Expression) -> Option<Expression> {
     }
 }
 
-/// The sides of a comparison without signs where that is possible: −x < −y is y < x, −x < 0 is 0 < x.
+/// The sides of a comparison with as few signs as possible: −x < −y becomes y < x, −x < 0 becomes 0 < x.
 fn turned(x: Expression, y: Expression) -> [Expression; 2] {
     let sign = |side: &Expression| match side {
         Expression::Negative(_) => -1,
@@ -592,7 +597,7 @@ fn turned(x: Expression, y: Expression) -> [Expression; 2] {
     if sign(&x) + sign(&y) < 0 { [negate(y), negate(x)] } else { [x, y] }
 }
 
-/// A sum whose first term is positive if any can be.
+/// A sum whose first term is positive if any term is.
 pub(super) fn sum(mut terms: Vec<(bool, Expression)>) -> Expression {
     for (negative, term) in &mut terms {
         if let Expression::Negative(x) = term {
@@ -613,7 +618,8 @@ pub(super) fn sum(mut terms: Vec<(bool, Expression)>) -> Expression {
     Expression::Sum(terms)
 }
 
-/// A quotient of which products and quotients among the factors become part; its numbers are one number, in front.
+/// A quotient into which factors that are products or quotients are merged; its numeric factors become one
+/// leading number.
 pub(super) fn quotient(over: Vec<Expression>, under: Vec<Expression>) -> Expression {
     let mut number = Exact::ONE;
     let mut negative = false;

@@ -1,17 +1,19 @@
 //! Values in doubled precision: the marked nodes of a program as pairs of items, high + low.
 //!
-//! In: a marked node. Out: its pair, and the item that is their sum rounded once, which is what unmarked nodes read.
-//! What a sum loses is computed by Knuth's exact sum of two, what a product loses by a fused multiplication (Ogita, Rump
-//! and Oishi, Accurate sum and dot product, 2005); lows are added plainly and pairs left as they come (Lange and Rump,
-//! Faithfully rounded floating-point computations, 2020). A compiler may contract what it likes: every product whose
-//! loss counts is read by a fused multiplication, so that it is computed, and no exact sum reads a product that is not.
+//! In: a marked node. Out: its pair, and the item that is the rounded sum of the pair; unmarked nodes read
+//! this item. The rounding error of a sum is computed by Knuth's exact sum of two numbers, that of a product
+//! by a fused multiply-add (Ogita, Rump and Oishi, Accurate sum and dot product, 2005). Low parts are added
+//! with ordinary rounding, and pairs are not renormalised (Lange and Rump, Faithfully rounded floating-point
+//! computations, 2020). The result is correct whichever operations a compiler contracts: every product whose
+//! rounding error matters is an operand of a fused multiply-add and is therefore computed, and no exact sum
+//! reads a product that is not.
 
 use crate::math::exact::Exact;
 use crate::math::functions::{Function, Operator};
 use crate::scalar::{Id, Node};
 use crate::schedule::items::{Edge, Item, ItemId, Lowering};
 
-/// high + low; without a low the high is all there is.
+/// high + low; without a low part the value is the high part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     high: Edge,
@@ -42,7 +44,7 @@ impl Edge {
 }
 
 impl Lowering<'_> {
-    /// A marked node as a pair, and as the item that others read.
+    /// Lowers a marked node to a pair, and to the item that unmarked nodes read.
     pub(super) fn doubled(&mut self, id: Id, node: &Node) -> ItemId {
         let pair = match node {
             Node::Difference(first, second) => {
@@ -108,7 +110,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// What a node is as a pair.
+    /// A node as a pair.
     fn pair(&mut self, id: Id) -> Pair {
         let (coefficient, rest) = self.program.graph.split(id);
         if self.program.graph.value(rest).is_some() {
@@ -125,7 +127,7 @@ impl Lowering<'_> {
         };
         let scaled = match (coefficient.is_unit(), coefficient.whole()) {
             (true, _) => pair,
-            // A power of two loses nothing.
+            // Scaling by a power of two is exact.
             (_, Some((over, under))) if [&over, &under].iter().all(|n| is_power_of_two(n)) => {
                 let number = self.number(&coefficient.abs()).item;
                 let mut times = |edge: Edge| {
@@ -169,9 +171,9 @@ impl Lowering<'_> {
         Pair { high, low }
     }
 
-    /// x + y rounded, and what that loses.
+    /// The rounded sum x + y and its rounding error.
     fn exact_sum(&mut self, x: Edge, y: Edge) -> (Edge, Edge) {
-        // The sum of the negatives loses the negative of what the sum loses.
+        // The rounding error of −x − y is the negative of the rounding error of x + y.
         let turn = x.negative;
         let (x, y) = (x.signed(turn), y.signed(turn));
         let sum = self.push(Item::Sum(vec![x, y]));
@@ -179,7 +181,7 @@ impl Lowering<'_> {
         (Edge::of(sum).signed(turn), low.signed(turn))
     }
 
-    /// What a sum of two loses: (x − (sum − (sum − x))) + (y − (sum − x)).
+    /// The rounding error of a sum of two: (x − (sum − (sum − x))) + (y − (sum − x)).
     fn lost(&mut self, x: Edge, y: Edge, sum: ItemId) -> Edge {
         let sum = Edge::of(sum);
         let second = Edge::of(self.push(Item::Sum(vec![sum, -x])));
@@ -191,7 +193,7 @@ impl Lowering<'_> {
         Edge::of(self.push(Item::Sum(vec![of_first, of_second])))
     }
 
-    /// x y + z, rounded once.
+    /// x y + z with one rounding.
     fn fused(&mut self, x: Edge, y: Edge, z: Edge) -> Edge {
         let negative = x.negative ^ y.negative;
         Edge::of(self.push(Item::Fused(Edge { negative, ..x }, y.item, z)))
@@ -209,7 +211,7 @@ impl Lowering<'_> {
         Pair { high, low: Some(low) }
     }
 
-    /// A pair whose low is below the rounding of its high.
+    /// Renormalises a pair: the low part becomes smaller than the rounding of the high part.
     fn normal(&mut self, pair: Pair) -> Pair {
         match pair.low {
             Some(low) => {

@@ -1,4 +1,5 @@
-//! A schedule evaluated: statement by statement, in the order and with the association that the targets print.
+//! Evaluation of a schedule: statement by statement, in the order and with the association that the targets
+//! print.
 
 use crate::math::exact::Exact;
 use crate::math::number::Number;
@@ -8,8 +9,8 @@ use crate::scalar::eval::{Outputs, Value};
 use crate::schedule::{Expression, Output, Part, Schedule, Statement};
 
 impl Schedule {
-    /// Every output, given the arguments; what is added is added to zeros. `None` if some entry is never written: a defect of
-    /// the schedule.
+    /// Evaluates every output for the given arguments; results that are added start from zero. `None` if an
+    /// entry is never written, which is a defect of the schedule.
     pub fn evaluate<N: Number>(&self, inputs: &dyn Fn(Slot) -> N) -> Option<Outputs<N>> {
         let mut names: Vec<Option<Value<N>>> = vec![None; self.variables.len()];
         let mut columns: Vec<Vec<N>> = vec![Vec::new(); self.variables.len()];
@@ -17,7 +18,7 @@ impl Schedule {
         let length = |part: &Part| part.length(&self.signature);
         let zero = || N::exact(&Exact::ZERO);
         let mut outputs: Vec<Option<N>> = vec![self.adds.then(zero); self.entries()];
-        // Where each result starts, and how long its rows are.
+        // The start of each result and the length of its rows.
         let mut start = 0;
         let places: Vec<(Part, usize, usize)> = (self.parts.iter())
             .map(|part| {

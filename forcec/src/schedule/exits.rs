@@ -1,38 +1,41 @@
-//! When a kernel computes nothing but zeros, and can leave early: contacts that do not touch, limits that are not reached.
+//! Early return from kernels whose outputs are all zero: contacts that do not touch, limits that are not
+//! reached.
 //!
-//! In: items. Out: comparisons that come before everything else, in order, and items that know that the kernel has not left.
-//! A comparison with what is not a number does not hold. Where outputs are then chosen to be zero, the kernel leaves, as its
-//! source says; where zero is a factor beside what may be no number either, it goes on and says so in its outputs.
+//! In: items. Out: guards, which are comparisons evaluated before everything else, in order; and items
+//! simplified under the assumption that the kernel did not return. A comparison with NaN is false. If the
+//! source selects zero outputs in that case, the kernel returns, as the source says; if a zero multiplies a
+//! value that may be NaN, the kernel continues and its outputs become NaN.
 
 use crate::math::functions::Function;
 use crate::math::number::Comparison;
 use crate::schedule::items::{Edge, Item, ItemId, Items};
 use crate::schedule::sections;
 
-/// Comparisons beyond these are not looked at.
+/// The largest number of comparisons that are considered.
 const MOST: usize = 32;
 
-/// Kernels of more items are not looked at: they are several functions, of which none can leave the others.
+/// Kernels with more items are not considered: they are split into functions that cannot return from each
+/// other.
 const LONGEST: usize = 4 * sections::LONGEST;
 
-/// Fewer items are computed rather than skipped.
+/// An early return must skip at least this many items.
 const WORTH: usize = 12;
 
-/// A comparison: the first is smaller than the second, or as small.
+/// A comparison: the first edge is less than the second, or less than or equal to the second.
 #[derive(Clone, Copy)]
 pub(super) struct Test {
     pub(super) comparison: Comparison,
     pub(super) pair: [Edge; 2],
 }
 
-/// When every output is zero.
+/// A condition under which every output is zero.
 pub(super) struct Guard {
     pub(super) tests: Vec<Test>,
-    /// Whether that is where none of the tests holds, and not where all of them hold.
+    /// If true, the outputs are zero where no test is true; if false, where all tests are true.
     pub(super) unless: bool,
 }
 
-/// What is known of each item: a truth, or that a number is zero.
+/// A known property of an item: its boolean value, or that a number is zero.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Fact {
     Nothing,
@@ -40,7 +43,7 @@ enum Fact {
     Truth(bool),
 }
 
-/// Finds the guards of a kernel, and takes away from the items what they decide.
+/// Finds the guards of a kernel and removes from the items the choices that the guards decide.
 pub(super) fn guards(items: &mut Items) -> Vec<Guard> {
     let mut found: Vec<Guard> = Vec::new();
     if items.items.len() > LONGEST {
@@ -72,7 +75,7 @@ pub(super) fn guards(items: &mut Items) -> Vec<Guard> {
     found
 }
 
-/// Fewest comparisons, each with whether it holds, that make every output zero.
+/// A minimal set of comparisons, each with its assumed value, that makes every output zero.
 fn skipping(items: &Items, known: &[(ItemId, bool)]) -> Option<Vec<(ItemId, bool)>> {
     let free = |item: &ItemId| known.iter().all(|(other, _)| other != item);
     let comparisons = (0..items.items.len() as ItemId).filter(|item| {
@@ -88,7 +91,7 @@ fn skipping(items: &Items, known: &[(ItemId, bool)]) -> Option<Vec<(ItemId, bool
     };
     let mut chosen: Vec<(ItemId, bool)> = comparisons.iter().map(|item| (*item, false)).collect();
     if vanishes(&chosen) {
-        // What comes late needs most: it is done without, if possible.
+        // Later comparisons need the most items: drop them first where possible.
         for index in (0..chosen.len()).rev() {
             let rest: Vec<(ItemId, bool)> = [&chosen[..index], &chosen[index + 1..]].concat();
             if vanishes(&rest) {
@@ -100,7 +103,7 @@ fn skipping(items: &Items, known: &[(ItemId, bool)]) -> Option<Vec<(ItemId, bool
     comparisons.into_iter().map(|item| vec![(item, true)]).find(|assumed| vanishes(assumed))
 }
 
-/// The test that holds where a comparison does, or does not.
+/// The test that is true where the comparison has the value `holds`.
 fn test(item: &Item, holds: bool) -> Option<Test> {
     let Item::Compare(comparison, x, y) = *item else { return None };
     let opposite = match comparison {
@@ -111,14 +114,15 @@ fn test(item: &Item, holds: bool) -> Option<Test> {
     Some(if holds { Test { comparison, pair: [x, y] } } else { Test { comparison: opposite, pair: [y, x] } })
 }
 
-/// What follows from comparisons; what follows whatever is not a number, if asked for.
+/// The facts that follow from assumed comparisons; with `of_all`, only the facts that are true for NaN
+/// operands too.
 fn facts(items: &Items, assumed: &[(ItemId, bool)], of_all: bool) -> Vec<Fact> {
     let mut facts = vec![Fact::Nothing; items.items.len()];
     for (index, item) in items.items.iter().enumerate() {
         let fact = |item: &ItemId| facts[*item as usize];
         let zero = |item: &ItemId| fact(item) == Fact::Zero;
         let when = |zero: bool| if zero { Fact::Zero } else { Fact::Nothing };
-        // Zero times what is not a number is none.
+        // 0 · NaN is NaN.
         let harmless = |other: &ItemId| {
             !of_all || zero(other) || matches!(items.items[*other as usize], Item::Number(_))
         };
@@ -167,7 +171,7 @@ fn facts(items: &Items, assumed: &[(ItemId, bool)], of_all: bool) -> Vec<Fact> {
     facts
 }
 
-/// The comparison by which max(x, 0) or min(x, 0) is x, and x.
+/// The comparison that is true where max(x, 0) or min(x, 0) equals x, and the edge of x.
 fn positive(items: &Items, item: &Item) -> Option<(ItemId, Edge)> {
     let Item::Call(function, arguments) = item else { return None };
     let [x, y] = arguments.as_slice() else { return None };
@@ -189,10 +193,10 @@ fn positive(items: &Items, item: &Item) -> Option<(ItemId, Edge)> {
     found.map(|comparison| (comparison as ItemId, value))
 }
 
-/// Choices that are decided are what they choose.
+/// Replaces each choice that is decided by the value it selects.
 fn resolve(items: &mut Items, known: &[(ItemId, bool)]) {
     let facts = facts(items, known, false);
-    // Only what truths decide: that a number is zero is left to the guard.
+    // Only booleans are replaced: the guard handles numbers that are zero.
     let truth = |item: ItemId| match facts[item as usize] {
         Fact::Truth(value) => Some(value),
         _ => None,
@@ -240,7 +244,7 @@ fn resolve(items: &mut Items, known: &[(ItemId, bool)]) {
     }
 }
 
-/// Counts anew how often each item is read.
+/// Recounts the reads of each item.
 fn count(items: &mut Items, guards: &[Guard]) {
     let tests = guards.iter().flat_map(|guard| &guard.tests).flat_map(|test| test.pair).map(|edge| edge.item);
     let read: Vec<ItemId> = items.outputs.iter().map(|(_, edge)| edge.item).chain(tests).collect();
@@ -253,7 +257,7 @@ fn count(items: &mut Items, guards: &[Guard]) {
     }
 }
 
-/// Which items some are computed from, themselves among them.
+/// Marks the given items and all items they depend on.
 fn reach(items: &Items, from: impl Iterator<Item = ItemId>) -> Vec<bool> {
     let mut seen = vec![false; items.items.len()];
     let mut pending: Vec<ItemId> = from.collect();
@@ -266,7 +270,7 @@ fn reach(items: &Items, from: impl Iterator<Item = ItemId>) -> Vec<bool> {
 }
 
 impl Item {
-    /// The places of the items this one reads.
+    /// Mutable references to the operands of the item.
     fn operands_mut(&mut self) -> Vec<&mut ItemId> {
         match self {
             Item::Number(_) | Item::Input(_) | Item::Known(_) => vec![],

@@ -1,15 +1,16 @@
-//! Numbers that a precision does not hold, where only their products are wanted.
+//! Factors outside the range of a precision, in products whose value is in the range.
 //!
-//! In: statements and a precision. Out: the same statements, in which the factor 1e-60 of a product is, for floats, two
-//! numbers with other factors between them; or the first number of which a value of its own is wanted. Promise: no factor
-//! leaves the range before the product does.
+//! In: statements and a precision. Out: the same statements, in which a factor such as 1e-60 is, for floats,
+//! split into two numbers with other factors between them; or an error with the first out-of-range number
+//! that is not a factor of a product. Promise: no partial product leaves the range unless the product does.
 
 use crate::math::exact::Exact;
 use crate::math::number::Precision;
 use crate::schedule::{Expression, Schedule, Statement};
 
 impl Schedule {
-    /// Takes the numbers apart that the precision does not hold; the first that stands where it cannot be taken apart.
+    /// Splits the factors that are out of range; returns the first number that is out of range and cannot be
+    /// split.
     pub fn fit(&mut self, precision: Precision) -> Result<(), Exact> {
         for statement in &mut self.statements {
             let expressions = match statement {
@@ -29,7 +30,7 @@ impl Schedule {
     }
 }
 
-/// Takes the numbers of an expression apart.
+/// Splits the out-of-range factors of an expression.
 fn fit(expression: &mut Expression, precision: Precision) -> Result<(), Exact> {
     match expression {
         Expression::Literal(value) if !value.fits(precision) => return Err(value.clone()),
@@ -48,7 +49,7 @@ fn fit(expression: &mut Expression, precision: Precision) -> Result<(), Exact> {
                 && !value.fits(precision)
                 && !matches!(y, Expression::Literal(_))
             {
-                // One part of the number remains for the fused multiplication.
+                // One part of the number remains as a factor of the fused multiply-add.
                 let mut numbers = parts_of(value, precision);
                 let last = numbers.pop().expect("a number that does not fit has parts");
                 let other = std::mem::replace(y, last);
@@ -79,7 +80,8 @@ fn fit(expression: &mut Expression, precision: Precision) -> Result<(), Exact> {
             }
             let mut above: Vec<Expression> = above.iter().flat_map(|x| parts_of(x, precision)).collect();
             let below: Vec<Expression> = below.iter().flat_map(|x| parts_of(x, precision)).collect();
-            // What is divided takes as many numbers as it has other factors; the rest is multiplied with the quotient.
+            // The numerator takes as many numbers as it has other factors; the remaining numbers multiply the
+            // quotient.
             let rest = match under.is_empty() {
                 true => Vec::new(),
                 false => above.split_off(above.len().min(over.len().max(1))),
@@ -100,7 +102,7 @@ fn fit(expression: &mut Expression, precision: Precision) -> Result<(), Exact> {
     Ok(())
 }
 
-/// A product of numbers and other factors, in turns.
+/// A product of numbers and other factors, alternating.
 fn interleaved(numbers: Vec<Expression>, factors: Vec<Expression>) -> Expression {
     let mut product = Vec::with_capacity(numbers.len() + factors.len());
     let (mut numbers, mut factors) = (numbers.into_iter(), factors.into_iter());
@@ -114,9 +116,9 @@ fn interleaved(numbers: Vec<Expression>, factors: Vec<Expression>) -> Expression
     }
 }
 
-/// A number as a product of such that fit: powers of two, but for the first.
+/// A number as a product of in-range numbers: all but the first are powers of two.
 fn parts_of(number: &Exact, precision: Precision) -> Vec<Expression> {
-    // What stands between two of the parts may be as large, or as small.
+    // A factor between two of the parts may be as large, or as small.
     let most = match precision {
         Precision::F64 => 900,
         Precision::F32 => 100,

@@ -1,9 +1,10 @@
-//! The scalar graph as items: what the text of a kernel is made of.
+//! From the scalar graph to items: the operations that the text of a kernel consists of.
 //!
-//! In: a program. Out: its live nodes as sums, quotients and calls with signed operands, operands before users, shared
-//! wherever the text can share them. Signs live on the edges, so that a value and its negative are one item; a number
-//! times an item is an item of its own; powers are multiplications by the shortest chain; a reciprocal that only one
-//! product reads is a division there.
+//! In: a program. Out: its live nodes as sums, quotients and calls with signed operands, operands before
+//! users, shared wherever the text can share them. Signs are attached to the edges, so that a value and its
+//! negative are one item. A number times an item is an item of its own. Powers become multiplications by the
+//! shortest addition chain. A reciprocal with a single reader that is a product becomes a division in that
+//! product.
 
 use crate::math::exact::Exact;
 use crate::math::functions::{Cost, Function, Operator};
@@ -17,20 +18,20 @@ use crate::schedule::doubled::Pair;
 use rustc_hash::{FxHashMap, FxHashSet};
 use smallvec::SmallVec;
 
-/// An item, by its position.
+/// Index of an item.
 pub(super) type ItemId = u32;
 
-/// A use of an item: itself or its negative.
+/// A use of an item, with or without a minus sign.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Edge {
     pub(super) item: ItemId,
     pub(super) negative: bool,
 }
 
-/// What can be written down.
+/// One operation of the text.
 #[derive(Debug)]
 pub(super) enum Item {
-    /// A number, at least 0.
+    /// A number ≥ 0.
     Number(Exact),
     Input(Slot),
     /// Pinned.
@@ -38,7 +39,7 @@ pub(super) enum Item {
     Sum(Vec<Edge>),
     /// Π over / Π under
     Quotient(Vec<ItemId>, Vec<ItemId>),
-    /// x y + z, rounded once.
+    /// x y + z with one rounding.
     Fused(Edge, ItemId, Edge),
     Call(Function, Vec<Edge>),
     Select(ItemId, Edge, Edge),
@@ -50,7 +51,7 @@ pub(super) enum Item {
 }
 
 impl Item {
-    /// The items this one reads, in the order of the text.
+    /// The operands of the item, in the order of the text.
     pub(super) fn operands(&self) -> Vec<ItemId> {
         match self {
             Item::Number(_) | Item::Input(_) | Item::Known(_) => vec![],
@@ -64,7 +65,8 @@ impl Item {
         }
     }
 
-    /// How it vanishes or grows where positions meet, from the same of its operands.
+    /// The valuation of the item, from the valuations of its operands: how it vanishes or grows as positions
+    /// coincide.
     fn valuation(&self, signature: &Signature, of: &[Valuation]) -> Valuation {
         let of = |item: &ItemId| of[*item as usize];
         match self {
@@ -82,7 +84,7 @@ impl Item {
         }
     }
 
-    /// Whether this is written in place however often it is used.
+    /// Whether the item is written in place at every use.
     pub(super) fn is_literal(&self) -> bool {
         match self {
             Item::Number(_) | Item::Known(_) => true,
@@ -95,24 +97,24 @@ impl Item {
 /// A program as items.
 pub(super) struct Items {
     pub(super) items: Vec<Item>,
-    /// The name from the source, where there is one.
+    /// The name in the source, if any.
     pub(super) sources: Vec<Option<String>>,
-    /// How often an item is read, by items and by outputs.
+    /// The number of reads of an item, by items and by outputs.
     pub(super) uses: Vec<u32>,
     /// The base and exponent of the items that are powers.
     pub(super) powers: FxHashMap<ItemId, (ItemId, u32)>,
-    /// The quotients that stay as the text has them.
+    /// The quotients that stay as written in the source.
     pub(super) written: FxHashSet<ItemId>,
-    /// What is computed, in order.
+    /// The computed results, in order.
     pub(super) parts: Vec<Part>,
     /// Every output, in the order of the parts and rows.
     pub(super) outputs: Vec<(Output, Edge)>,
 }
 
-/// Higher powers are multiplied by the shortest chain, whatever floats hold.
+/// Higher powers always use the shortest addition chain, whether or not floats can represent the power.
 const LONGEST_APART: u32 = 4;
 
-/// A program's live nodes as items.
+/// The live nodes of a program as items.
 pub(super) fn lower(program: &Program, style: Style) -> Items {
     let live = program.live();
     let mut lowering = Lowering {
@@ -151,7 +153,8 @@ pub(super) fn lower(program: &Program, style: Style) -> Items {
     Items { items, sources, uses, powers, written, parts, outputs }
 }
 
-/// How often each node is read by a live node or an output; multiples are seen through.
+/// The number of reads of each node by live nodes and outputs; a read of a multiple counts as a read of the
+/// node itself.
 fn reads(program: &Program, live: &[bool]) -> Vec<u32> {
     let mut reads = vec![0u32; live.len()];
     for (id, node) in program.graph.iter() {
@@ -172,7 +175,7 @@ pub(super) struct Lowering<'a> {
     style: Style,
     reads: Vec<u32>,
     items: Vec<Item>,
-    /// How they vanish or grow where positions meet.
+    /// The valuations of the items: how they vanish or grow as positions coincide.
     valuations: Vec<Valuation>,
     sources: Vec<Option<String>>,
     of: Vec<Option<ItemId>>,
@@ -183,7 +186,7 @@ pub(super) struct Lowering<'a> {
     powers: FxHashMap<ItemId, (ItemId, u32)>,
     written: FxHashSet<ItemId>,
     chains: Chains,
-    /// What is computed in doubled precision.
+    /// The values computed in doubled precision.
     pub(super) pairs: FxHashMap<Id, Pair>,
 }
 
@@ -217,7 +220,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// coefficient · id, for an id that is no number and no multiple.
+    /// coefficient · id, for an id that is neither a number nor a multiple.
     fn multiple(&mut self, coefficient: &Exact, id: Id) -> Edge {
         let item = self.item(id);
         if coefficient.is_unit() {
@@ -237,7 +240,7 @@ impl Lowering<'_> {
 
     pub(super) fn item(&mut self, id: Id) -> ItemId {
         if self.of[id.index()].is_none() {
-            // Only reciprocals are put off until something other than a product reads them.
+            // Only reciprocals are deferred until an operation other than a product reads them.
             match self.program.graph.node(id) {
                 Node::Recip(x) => self.recip(id, *x),
                 Node::Constant(value) => return self.number(value).item,
@@ -376,7 +379,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether a term is a product that nothing else reads.
+    /// Whether a term is a product without other readers.
     fn factors(&self, coefficient: &Exact, id: Id) -> bool {
         coefficient.is_unit()
             && self.reads[id.index()] == 1
@@ -385,7 +388,7 @@ impl Lowering<'_> {
             && !self.program.graph.is_doubled(id)
     }
 
-    /// A sum to which the products that nothing else reads are added one by one.
+    /// A sum to which products without other readers are added one by one, by fused multiply-adds.
     fn fused_sum(&mut self, edges: Vec<Edge>, single: Vec<bool>) -> ItemId {
         let fusible = |lowering: &Self, edge: &Edge| {
             matches!(&lowering.items[edge.item as usize], Item::Quotient(over, under) if over.len() > 1 && under.is_empty())
@@ -404,7 +407,7 @@ impl Lowering<'_> {
             _ => Edge { item: self.push(Item::Sum(rest)), negative: false },
         };
         for product in products {
-            // Nothing reads the product any more.
+            // The product has no readers left.
             let taken = std::mem::replace(&mut self.items[product.item as usize], Item::Known(false));
             let Item::Quotient(mut factors, _) = taken else { unreachable!("just looked at") };
             let last = factors.pop().expect("a product has factors");
@@ -418,7 +421,8 @@ impl Lowering<'_> {
         if sum.negative { self.push(Item::Sum(vec![sum])) } else { sum.item }
     }
 
-    /// The power of a factor; the factor again and again if floats hold it and not its power.
+    /// The power of a factor, or the repeated factor if the factor is in the range of floats and its power is
+    /// not.
     fn powers_of(&mut self, base: ItemId, exponent: u32, factors: &mut Vec<ItemId>) {
         let valuation = self.valuations[base as usize];
         let power: Valuation = (0..exponent.min(LONGEST_APART + 1)).map(|_| valuation).sum();
@@ -436,7 +440,7 @@ impl Lowering<'_> {
         if let Some(power) = self.power.get(&(base, exponent)) {
             return *power;
         }
-        // The chain of smaller powers, then upwards: no recursion.
+        // Collect the missing smaller powers, then compute them upwards: no recursion.
         let mut needed = vec![exponent];
         while let Some(&n) = needed.last() {
             let (long, short) = self.chains.split(n);
@@ -457,13 +461,13 @@ impl Lowering<'_> {
 }
 
 /// Shortest chains of multiplications, by Knuth's power tree (The Art of Computer Programming, 4.6.3): xⁿ is
-/// x^long · x^short, and both stand on the way from x to xⁿ.
+/// x^long · x^short, and both factors lie on the path from x to xⁿ.
 struct Chains {
     parent: Vec<u32>,
 }
 
 impl Chains {
-    /// The tree is optimal for every exponent below 77; beyond its reach exponents are halved.
+    /// The tree is optimal for every exponent below 77; larger exponents are halved.
     const REACH: u32 = 77;
 
     fn new() -> Chains {

@@ -1,8 +1,9 @@
-//! From the scalar graph to ordered, named statements: what every target prints.
+//! From the scalar graph to ordered, named statements, which every target prints.
 //!
-//! In: a [`Program`]. Out: a [`Schedule`], in which dead code is gone, shared values have a name, every line is short
-//! enough to read, and a row of outputs is stored as soon as its values are there. A schedule is a value: it can be
-//! printed, counted and evaluated. The same program makes the same schedule everywhere.
+//! In: a [`Program`]. Out: a [`Schedule`] without dead code, in which shared values have names, every line is
+//! short enough to read, and a row of outputs is stored as soon as its values are computed. A schedule is
+//! plain data: it can be printed, counted and evaluated. Scheduling is deterministic: the same program gives
+//! the same schedule on every machine.
 
 mod build;
 pub(crate) mod doubled;
@@ -27,7 +28,7 @@ use crate::scalar::{Operations, Program};
 use std::fmt;
 use std::ops::Range;
 
-/// A temporary, by its position in [`Schedule::variables`].
+/// A temporary, identified by its position in [`Schedule::variables`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Name(pub(crate) u32);
 
@@ -38,21 +39,21 @@ impl Name {
     }
 }
 
-/// What is known of a temporary.
+/// Name and type of a temporary.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Variable {
-    /// Its name: unique, and an identifier in C, C++ and Rust.
+    /// The name of the temporary: unique, and a valid identifier in C, C++ and Rust.
     pub name: String,
-    /// Whether it is a truth and not a number.
+    /// Whether the temporary is a boolean rather than a number.
     pub truth: bool,
 }
 
-/// A small tree: what one statement computes. Operators associate to the left, as they do in C and Rust.
+/// A small expression tree: the value of one statement. Operators associate to the left, as in C and Rust.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Expression {
-    /// A number; negative only where no sign could stand before it.
+    /// A number; it is negative only where no minus sign can precede it.
     Literal(Exact),
-    /// A known truth.
+    /// A boolean constant.
     Known(bool),
     /// An entry of an argument.
     Input(Slot),
@@ -60,30 +61,30 @@ pub enum Expression {
     Name(Name),
     /// −x
     Negative(Box<Expression>),
-    /// A pinned difference, never regrouped.
+    /// A pinned difference: no pass regroups it.
     Difference(Box<[Expression; 2]>),
-    /// The terms in order, each with whether it is subtracted.
+    /// The terms in order, each with a flag that is true for a subtracted term.
     Sum(Vec<(bool, Expression)>),
-    /// Π over / Π under; 1 over an empty product.
+    /// Π over / Π under; an empty numerator is 1.
     Quotient(Vec<Expression>, Vec<Expression>),
-    /// x y + z, rounded once.
+    /// x y + z with one rounding.
     Fused(Box<[Expression; 3]>),
     /// A row of the function table.
     Call(Function, Vec<Expression>),
-    /// if the first holds the second, else the third: a statement of its own.
+    /// If the first is true the second, else the third. A selection is always a statement of its own.
     Select(Box<[Expression; 3]>),
     /// A comparison.
     Compare(Comparison, Box<[Expression; 2]>),
-    /// Both.
+    /// Logical and.
     And(Box<[Expression; 2]>),
-    /// Either.
+    /// Logical or.
     Or(Box<[Expression; 2]>),
-    /// Not.
+    /// Logical not.
     Not(Box<Expression>),
 }
 
 impl Expression {
-    /// Whether this is one word: a name, an input or a number.
+    /// Whether the expression is a single token: a name, an input or a number.
     pub fn is_atom(&self) -> bool {
         match self {
             Expression::Literal(_) | Expression::Known(_) | Expression::Input(_) | Expression::Name(_) => {
@@ -94,7 +95,7 @@ impl Expression {
         }
     }
 
-    /// Whether this is a truth and not a number, if it is no name.
+    /// Whether the expression is a boolean. Names are not looked up: the result for a name is false.
     pub(crate) fn is_truth(&self) -> bool {
         matches!(
             self,
@@ -106,7 +107,7 @@ impl Expression {
         )
     }
 
-    /// The parts, in order.
+    /// The subexpressions, in order.
     pub fn children(&self) -> Vec<&Expression> {
         match self {
             Expression::Literal(_) | Expression::Known(_) | Expression::Input(_) | Expression::Name(_) => {
@@ -124,7 +125,7 @@ impl Expression {
         }
     }
 
-    /// The operations written in it: and, or, not count nothing, nor does the sign of a number.
+    /// The operations in the expression. Logical operators and the sign of a number cost nothing.
     pub fn operations(&self) -> Operations {
         let mut count = Operations::default();
         match self {
@@ -149,7 +150,7 @@ impl Expression {
             },
             Expression::Fused(parts) => {
                 (count.add, count.mul) = (1, 1);
-                // The sign of a factor or of what is added is part of the operation.
+                // The sign of a factor or of the addend is part of the operation.
                 for part in parts.iter() {
                     let inside = match part {
                         Expression::Negative(x) => x,
@@ -169,57 +170,57 @@ impl Expression {
     }
 }
 
-/// One step of a kernel.
+/// One statement of a kernel.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Statement {
-    /// A temporary gets its value.
+    /// Defines a temporary.
     Let(Name, Expression),
-    /// An output gets its value.
+    /// Assigns a value to an output.
     Store(Output, Expression),
-    /// A value is added to an output, or if so told subtracted.
+    /// Adds a value to an output, or subtracts it if the flag is set.
     Add(Output, bool, Expression),
-    /// Outputs are zero.
+    /// Sets outputs to zero.
     Zero {
-        /// Which result.
+        /// The result.
         part: Part,
         /// The rows, and the runs of columns in each; a force counts as one column.
         rows: Vec<(usize, Vec<Range<usize>>)>,
-        /// Whether the other entries of these rows are stored after this and row by row, so that the whole rows may be
-        /// zero until then.
+        /// Whether all other entries of these rows are stored afterwards and row by row, so that the whole
+        /// rows may be set to zero here.
         first: bool,
     },
-    /// A temporary row gets its values: one a column.
+    /// Defines a temporary row with one value per column.
     Columns(Name, Vec<Expression>),
-    /// A row of outputs is a multiple of a temporary row.
+    /// Sets a row of outputs to a multiple of a temporary row.
     Scaled {
-        /// Which result.
+        /// The result.
         part: Part,
-        /// Its row.
+        /// The row of the result.
         row: usize,
-        /// The temporary or entry of an argument that it is multiplied by, or its negative.
+        /// The factor: a temporary or an entry of an argument, or the negative of one.
         factor: Expression,
         /// The temporary row.
         columns: Name,
     },
-    /// Rows of outputs are the negatives of others.
+    /// Sets rows of outputs to the negatives of other rows.
     Negated {
-        /// Which result.
+        /// The result that is written.
         part: Part,
-        /// Its rows.
+        /// The rows that are written.
         rows: Range<usize>,
-        /// The result that the others are rows of.
+        /// The result whose rows are negated.
         of: Part,
-        /// The first of the others.
+        /// The first of the rows that are negated.
         from: usize,
     },
-    /// Here begins what a result needs.
+    /// Marks the start of the statements of a result.
     Heading(Part),
-    /// Where this holds every output is zero, and nothing is left to do.
+    /// If the condition is true, sets every output to zero and returns.
     Leave(Expression),
 }
 
 impl Statement {
-    /// The expressions written in it.
+    /// The expressions in the statement.
     pub fn expressions(&self) -> &[Expression] {
         match self {
             Statement::Let(_, value)
@@ -233,41 +234,41 @@ impl Statement {
     }
 }
 
-/// A kernel as statements.
+/// A kernel as a list of statements.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     /// The arguments.
     pub signature: Signature,
-    /// What is computed, in order.
+    /// The computed results, in order.
     pub parts: Vec<Part>,
     /// The temporaries.
     pub variables: Vec<Variable>,
-    /// The steps, in order.
+    /// The statements, in order.
     pub statements: Vec<Statement>,
-    /// How many outputs are not plainly zero.
+    /// The number of outputs other than the constant 0.
     pub nonzero: usize,
-    /// How many of these differ in more than their sign.
+    /// The number of these that differ by more than their sign.
     pub distinct: usize,
-    /// Whether outputs are added to what is there, and zeros left alone.
+    /// Whether results are added to the caller's values, so that zero entries are skipped.
     pub adds: bool,
     /// Whether some values are computed in doubled precision.
     pub doubled: bool,
 }
 
-/// What may be written how.
+/// Options that restrict how expressions are written.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Style {
-    /// No product is regrouped, and every quotient is a division: no reciprocal serves several.
+    /// No product is regrouped, and every quotient is a division: reciprocals are never shared.
     pub strict: bool,
-    /// A product that only a sum reads is added to it by a fused multiplication.
+    /// A product that is read only by a sum is added by a fused multiply-add.
     pub fma: bool,
-    /// Every entry is stored for itself: no row is written by a loop.
+    /// Every entry is stored by its own statement: no loop writes rows.
     pub single: bool,
-    /// Outputs are added to what is there, and zeros left alone.
+    /// Results are added to the caller's values, and zero entries are skipped.
     pub adds: bool,
 }
 
-/// The statements that compute a program's outputs.
+/// Schedules a program: the statements that compute its outputs.
 pub fn schedule(program: &Program, style: Style) -> Schedule {
     let build = |guards: bool| {
         let mut items = crate::schedule::items::lower(program, style);
@@ -275,18 +276,18 @@ pub fn schedule(program: &Program, style: Style) -> Schedule {
         (build::build(&program.signature, items, &guards, style), !guards.is_empty())
     };
     let (schedule, leaves) = build(!style.single);
-    // A part of a long kernel cannot leave it.
+    // A kernel split into several functions cannot return early from one of them.
     let schedule = if leaves && schedule.sections().len() > 1 { build(false).0 } else { schedule };
     Schedule { doubled: program.graph.iter().any(|(id, _)| program.graph.is_doubled(id)), ..schedule }
 }
 
 impl Schedule {
-    /// How many entries it writes.
+    /// The number of entries that the kernel writes.
     pub fn entries(&self) -> usize {
         self.parts.iter().map(|part| part.length(&self.signature)).sum()
     }
 
-    /// The operations written in the statements; those of a loop count as often as it runs.
+    /// The operations in the statements; operations in a loop count once per iteration.
     pub fn operations(&self) -> Operations {
         let count = |part: &Part| part.shape(&self.signature).1;
         let mut total = Operations::default();
@@ -306,14 +307,14 @@ impl Schedule {
         total
     }
 
-    /// How many temporaries and stores there are; a loop counts as one.
+    /// The number of definitions and stores; a loop counts as one.
     #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn lines(&self) -> usize {
         let counts = |s: &&Statement| !matches!(s, Statement::Zero { .. } | Statement::Heading(_));
         self.statements.iter().filter(counts).count()
     }
 
-    /// The special functions that need a definition of their own, in order.
+    /// The special functions for which the generated code needs a definition, in order.
     pub fn families(&self) -> Vec<Function> {
         let mut found = std::collections::BTreeSet::new();
         let mut pending: Vec<&Expression> = Vec::new();

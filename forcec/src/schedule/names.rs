@@ -1,9 +1,9 @@
-//! Names: unique, plain identifiers of C, C++ and Rust that say what a value is.
+//! Descriptive names of temporaries: unique, plain identifiers of C, C++ and Rust.
 //!
-//! In: items. Out: a name for every item that is written on a line of its own, if one can be told from the source:
-//! the author's own, the output it is stored to, the entry of the argument it loads, or what it is made of
-//! (`inv_length`, `sin_angle`, `k_x`). What has none is numbered within the statement it serves, by the scheduler, so
-//! that an edit elsewhere in the source renames nothing here.
+//! In: items. Out: a name for every item on a line of its own, if the source suggests one: the author's name,
+//! the output it is stored to, the argument entry it loads, or a name built from its operands (`inv_length`,
+//! `sin_angle`, `k_x`). The scheduler numbers the other temporaries within the statement they serve, so that
+//! an edit elsewhere in the source does not rename them.
 
 use crate::math::exact::Exact;
 use crate::math::number::Comparison;
@@ -13,13 +13,13 @@ use crate::names::{Arguments, Target, is_no_local, spelled};
 use crate::schedule::items::{Edge, Item, ItemId, Items};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// The longest name of a temporary; a longer one loses its middle.
+/// The longest name of a temporary; the middle of a longer name is cut out.
 const LONGEST: usize = 27;
 
 /// The longest stem of a numbered name.
 const LONGEST_STEM: usize = 18;
 
-/// A temporary's name without outer underscores, and short enough. Temporaries are spelled alike in all targets.
+/// The name of a temporary: shortened, without outer underscores. All targets spell temporaries alike.
 fn tidy(name: &str) -> String {
     let text = spelled(name, Target::Rust);
     let text = text.trim_matches('_');
@@ -27,7 +27,7 @@ fn tidy(name: &str) -> String {
     shorten(&if digit { format!("x{text}") } else { text.to_owned() }, LONGEST)
 }
 
-/// A name of at most that length: one that is longer loses its middle.
+/// A name of at most the given length: the middle of a longer name is cut out.
 fn shorten(name: &str, longest: usize) -> String {
     if name.len() <= longest {
         return name.to_owned();
@@ -38,20 +38,20 @@ fn shorten(name: &str, longest: usize) -> String {
     format!("{head}_{tail}")
 }
 
-/// How long the numbered names of a part are, about.
+/// The approximate length of the numbered names of a part.
 pub(super) fn part_width(of: &str) -> usize {
     of.len().min(LONGEST_STEM) + "_p100".len()
 }
 
-/// The names that are taken.
+/// The names already in use.
 pub(super) struct Taken {
     names: FxHashSet<String>,
-    /// The number to try next behind a name that is taken.
+    /// The number to try next after a name in use.
     next: FxHashMap<String, u32>,
 }
 
 impl Taken {
-    /// The names of the bodies, and of what counts in loops.
+    /// The names of bodies, extra arguments and loop variables.
     pub(super) fn by(signature: &Signature) -> Taken {
         let arguments = Target::ALL.into_iter().map(|target| Arguments::new(signature, target));
         let arguments = arguments.flat_map(|arguments| arguments.bodies.into_iter().chain(arguments.extras));
@@ -59,7 +59,7 @@ impl Taken {
         Taken { names, next: FxHashMap::default() }
     }
 
-    /// The name itself, or with the first number behind it that makes it new.
+    /// The name itself if it is free, else the name with the first number that makes it unique.
     pub(super) fn claim(&mut self, name: &str) -> String {
         let name = tidy(name);
         if self.is_free(&name) {
@@ -68,12 +68,12 @@ impl Taken {
         self.numbered(&format!("{name}_"), 2)
     }
 
-    /// A name for a part of something named: its name, `_p` and the first number that makes it new.
+    /// A name for a part of a named value: the name, `_p` and the first number that makes the result unique.
     pub(super) fn part(&mut self, of: &str) -> String {
         self.numbered(&format!("{}_p", shorten(&tidy(of), LONGEST_STEM)), 1)
     }
 
-    /// The stem with the first number behind it that makes it new.
+    /// The stem with the first number that makes the name unique.
     fn numbered(&mut self, stem: &str, first: u32) -> String {
         let mut number = self.next.get(stem).copied().unwrap_or(first);
         loop {
@@ -91,7 +91,8 @@ impl Taken {
     }
 }
 
-/// What an output is called: `force_a_x`, `dfdx_a_ry_b_x`; by numbers where the bodies' names are long.
+/// The name of an output: `force_a_x`, `dfdx_a_ry_b_x`; with numeric indices where the names of the bodies
+/// are long.
 pub(super) fn output_name(signature: &Signature, output: Output) -> String {
     let name = output.named(signature).replace(['.', '['], "_").replace(']', "");
     let Output { part, row, column } = output;
@@ -104,7 +105,7 @@ pub(super) fn output_name(signature: &Signature, output: Output) -> String {
     }
 }
 
-/// The names that can be told from the source, for the items that are written on a line of their own.
+/// Names derived from the source, for the items on lines of their own.
 pub(super) fn assign(
     signature: &Signature,
     items: &Items,
@@ -143,7 +144,7 @@ pub(super) fn assign(
     names
 }
 
-/// What a loaded entry is called: `a_q_x`, `arm_a_x`, `m_0_1`.
+/// The name of a loaded entry: `a_q_x`, `arm_a_x`, `m_0_1`.
 fn slot_name(signature: &Signature, slot: Slot) -> String {
     let name = signature.slot_name(slot);
     let name = match (signature.role(slot), name.split_once('.')) {
@@ -161,19 +162,20 @@ fn slot_name(signature: &Signature, slot: Slot) -> String {
     name.replace(['.', '['], "_").replace(']', "")
 }
 
-/// What an item is made of, and how long that is held to be.
+/// A name built from the operands of an item, and the length that is assumed for the name.
 #[derive(Clone)]
 struct Told {
     name: String,
-    /// The same for every name of the source, so that no name elsewhere hangs on how long the author's are.
+    /// The assumed length of an author's name is constant, so that renaming a value does not change other
+    /// names.
     length: usize,
 }
 
 impl Told {
-    /// A longer one is no name.
+    /// A longer derived name is rejected.
     const SHORT: usize = 20;
 
-    /// A name that is the author's.
+    /// A name chosen by the author.
     fn source(name: String) -> Told {
         const LENGTH: usize = 7;
         Told { name, length: LENGTH }
@@ -207,7 +209,7 @@ fn quaternion_product(signature: &Signature, items: &Items, x: ItemId, y: ItemId
     Some(slot_name(signature, first) + second.rsplit('_').next().unwrap_or_default())
 }
 
-/// What an item is made of, in a word, if that is short.
+/// A name built from the operands of an item, if the name is short.
 fn told(
     signature: &Signature,
     items: &Items,

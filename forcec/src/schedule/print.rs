@@ -1,7 +1,8 @@
-//! Statements as text, in any language whose operators associate and bind as those of C and Rust do.
+//! Statements as text, in any language whose operators have the associativity and precedence of C and Rust.
 //!
-//! In: a statement. Out: its lines, without indentation. What differs between languages is a [`Dialect`]; where
-//! parentheses go is decided here, once: a pinned difference and a sum within a sum keep theirs.
+//! In: a statement. Out: its lines, without indentation. A [`Dialect`] contains the differences between
+//! languages. Parentheses are placed here, for all languages: a pinned difference and a sum within a sum keep
+//! their parentheses.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
@@ -11,49 +12,50 @@ use crate::model::outputs::spans;
 use crate::schedule::{Expression, Output, Part, Statement, Variable};
 use std::ops::Range;
 
-/// How a language spells what statements are made of.
+/// The syntax of a language for the elements of statements.
 pub trait Dialect {
     /// The arguments and results.
     fn signature(&self) -> &Signature;
     /// A number.
     fn literal(&self, value: &Exact) -> String;
-    /// A number on which a method is called.
+    /// A number as the receiver of a method call.
     fn receiver(&self, value: &Exact) -> String {
         self.literal(value)
     }
-    /// A known truth.
+    /// A boolean constant.
     fn known(&self, value: bool) -> String;
-    /// An entry of an argument.
+    /// An argument entry.
     fn input(&self, slot: Slot) -> String;
-    /// A function's template: `{0}`, `{1}` stand for the arguments.
+    /// The template of a function: `{0}`, `{1}` stand for the arguments.
     fn function(&self, function: Function) -> String;
-    /// The template of x y + z, rounded once.
+    /// The template of x y + z with one rounding.
     fn fused(&self) -> String {
         "fma({0}, {1}, {2})".to_owned()
     }
-    /// What stands for both, either, not.
+    /// The operators for logical and, or, not.
     fn logic(&self) -> [&'static str; 3] {
         ["&&", "||", "!"]
     }
-    /// A temporary gets a value; `bare` says that numbers make it, of which no language tells the type.
+    /// Defines a temporary; `bare` means that the value contains only numeric literals, whose type no
+    /// language infers.
     fn define(&self, variable: &Variable, bare: bool, value: &str) -> Vec<String>;
-    /// An output gets a value, `by` the operator `=`, `+=` or `-=`.
+    /// Assigns a value to an output with the operator `by`: `=`, `+=` or `-=`.
     fn store(&self, output: Output, by: &str, value: &str) -> Vec<String>;
-    /// A temporary gets one of two values, which may be bare too.
+    /// Defines a temporary as one of two values, which may be bare too.
     fn define_select(&self, variable: &Variable, bare: bool, select: [&str; 3]) -> Vec<String>;
-    /// An output gets one of two values.
+    /// Assigns one of two values to an output.
     fn store_select(&self, output: Output, by: &str, select: [&str; 3]) -> Vec<String>;
-    /// Runs of columns in some rows become zero; if this comes first, what else is in these rows may become so too.
+    /// Sets runs of columns in some rows to zero; with `first`, the whole rows may be set to zero.
     fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String>;
-    /// A temporary row gets its values.
+    /// Defines a temporary row.
     fn columns(&self, variable: &Variable, values: &[String]) -> Vec<String>;
-    /// A row of outputs is a factor times a temporary row.
+    /// Sets a row of outputs to a factor times a temporary row.
     fn scaled(&self, part: Part, row: usize, factor: &str, columns: &Variable) -> Vec<String>;
-    /// Rows of outputs are the negatives of those of a result that begin with another.
+    /// Sets rows of outputs to the negatives of the rows of the result `of` that start at row `from`.
     fn negated(&self, part: Part, rows: &Range<usize>, of: Part, from: usize) -> Vec<String>;
-    /// Every output is zero where a condition holds, and the kernel is done.
+    /// If the condition is true, sets every output to zero and returns.
     fn leave(&self, condition: &str) -> Vec<String>;
-    /// A remark on a line of its own.
+    /// A comment on a line of its own.
     fn remark(&self, text: &str) -> Vec<String>;
 }
 
@@ -86,19 +88,19 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
     }
 }
 
-/// Rows with the same runs of columns below each other, together.
+/// Groups consecutive rows with the same runs of columns.
 pub fn together(rows: &[(usize, Vec<Range<usize>>)]) -> Vec<(Range<usize>, &[Range<usize>])> {
     let below = |x: &(usize, Vec<Range<usize>>), y: &(usize, Vec<Range<usize>>)| x.0 + 1 == y.0 && x.1 == y.1;
     let block = |rows: &'_ [(usize, Vec<Range<usize>>)]| rows[0].0..rows[0].0 + rows.len();
     rows.chunk_by(below).map(|rows| (block(rows), rows[0].1.as_slice())).collect()
 }
 
-/// An expression on its own.
+/// The text of an expression.
 pub fn expression(dialect: &dyn Dialect, variables: &[Variable], expression: &Expression) -> String {
     Printer { dialect, variables, typed: false }.text(expression)
 }
 
-/// How tightly the context of an expression binds.
+/// The precedence of the context of an expression.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
     Open,
@@ -113,12 +115,12 @@ enum Binding {
 struct Printer<'a> {
     dialect: &'a dyn Dialect,
     variables: &'a [Variable],
-    /// Whether numbers tell their type.
+    /// Whether numeric literals carry their type.
     typed: bool,
 }
 
 impl Printer<'_> {
-    /// Whether this is made of numbers alone, those that stand for parameters among them.
+    /// Whether an expression contains only numbers; parameters that are replaced by numbers count as numbers.
     fn is_bare(&self, expression: &Expression) -> bool {
         let mut pending = vec![expression];
         while let Some(expression) = pending.pop() {
@@ -205,7 +207,7 @@ impl Printer<'_> {
             Expression::Quotient(over, under) => {
                 for (index, factor) in over.iter().enumerate() {
                     out.push_str(if index > 0 { " * " } else { "" });
-                    // A sign may open a product.
+                    // A sign may precede the first factor of a product.
                     let signed =
                         index == 0 && matches!(factor, Expression::Negative(_) | Expression::Literal(_));
                     self.write(out, factor, if signed { Binding::Prefix } else { Binding::Product });
@@ -283,7 +285,7 @@ impl Printer<'_> {
     }
 }
 
-/// The text form of a schedule: bare assignments.
+/// The text form of a schedule: plain assignments.
 pub(super) struct Plain<'a>(pub(super) &'a Signature);
 
 impl Dialect for Plain<'_> {

@@ -1,34 +1,34 @@
-//! Rows of the results that follow from others: the negatives of other rows, and multiples of one row.
+//! Rows of the results that follow from other rows: negatives of other rows, and multiples of one row.
 //!
-//! In: items. Out: these rows, and the items without their outputs. A loop writes such a row, and compilers make wide
-//! instructions of loops. What acts on two bodies acts on both with the same force, so half of their rows are often
-//! the negatives of the others; what acts along one direction has a ∂F/∂V of rank one.
+//! In: items. Out: these rows, and the items without the outputs of these rows. A loop writes each such row,
+//! and compilers vectorise loops. A force between two bodies acts on both with opposite signs, so half of the
+//! rows are often the negatives of the other half; the ∂F/∂V of a force along one direction has rank one.
 
 use crate::model::bodies::Signature;
 use crate::schedule::items::{Edge, Item, ItemId, Items};
 use crate::schedule::{Output, Part};
 use std::ops::Range;
 
-/// Rows that are the negatives of others.
+/// Rows that are the negatives of other rows.
 pub(super) struct Negated {
     pub(super) part: Part,
     pub(super) rows: Range<usize>,
-    /// The result that the others are rows of.
+    /// The result whose rows are negated.
     pub(super) of: Part,
-    /// The first of the others.
+    /// The first of the rows that are negated.
     pub(super) from: usize,
 }
 
 /// Rows that are multiples of the same row.
 pub(super) struct Scaled {
     pub(super) part: Part,
-    /// The row.
+    /// The entries of the common row.
     pub(super) columns: Vec<Edge>,
-    /// By what each row multiplies it.
+    /// The rows, each with its factor.
     pub(super) rows: Vec<(usize, Edge)>,
 }
 
-/// The rows that follow from others.
+/// The rows that follow from other rows.
 #[derive(Default)]
 pub(super) struct Rows {
     pub(super) negated: Vec<Negated>,
@@ -36,12 +36,12 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Whether rows of a part are read again, by the loops.
+    /// Whether the loops read rows of a part.
     pub(super) fn side_by_side(&self, part: Part) -> bool {
         self.negated.iter().any(|negated| negated.of == part)
     }
 
-    /// Whether loops write the rows that these negate, so that they can be negated at once.
+    /// Whether loops write all rows that `negated` reads, so that these rows can be negated at once.
     pub(super) fn looped(&self, negated: &Negated) -> bool {
         let written = |row: usize| {
             let scaled = |s: &Scaled| s.part == negated.of && s.rows.iter().any(|(own, _)| *own == row);
@@ -50,7 +50,7 @@ impl Rows {
         (negated.from..negated.from + negated.rows.len()).all(written)
     }
 
-    /// Whether a row needs no stores of its own.
+    /// Whether a loop writes the row of an output.
     pub(super) fn cover(&self, output: Output) -> bool {
         let negated = |n: &Negated| n.part == output.part && n.rows.contains(&output.row);
         let scaled = |s: &Scaled| s.part == output.part && s.rows.iter().any(|(row, _)| *row == output.row);
@@ -58,12 +58,12 @@ impl Rows {
     }
 }
 
-/// Finds the rows that follow from others and takes their outputs away from the items.
+/// Finds the rows that follow from other rows and removes their outputs from the items.
 ///
-/// Products may be regrouped for it where a mode allows that.
+/// With `regroup`, products may be regrouped to find such rows; strict mode forbids it.
 pub(super) fn find(items: &mut Items, signature: &Signature, regroup: bool) -> Rows {
     let mut rows = Rows::default();
-    // Blocks of earlier bodies, whose rows those of later ones may negate.
+    // Blocks of earlier bodies: rows of later bodies may be the negatives of their rows.
     let mut blocks: Vec<(Part, Vec<Vec<Edge>>)> = Vec::new();
     for part in items.parts.clone().into_iter().filter(|part| !part.is_list()) {
         let (rows_of_part, count) = part.shape(signature);
@@ -93,7 +93,7 @@ pub(super) fn find(items: &mut Items, signature: &Signature, regroup: bool) -> R
     rows
 }
 
-/// One reader less; what nothing reads reads nothing itself.
+/// Removes one reader of an item; an item without readers releases its operands.
 fn release(items: &mut Items, item: ItemId) {
     let mut pending = vec![item];
     while let Some(item) = pending.pop() {
@@ -104,11 +104,11 @@ fn release(items: &mut Items, item: ItemId) {
     }
 }
 
-/// From so many entries on a row is long.
+/// A row with at least this many entries is long.
 const LONG: usize = 8;
 
-/// Rows that are the negatives of earlier ones, of the same result or of other blocks, in runs; long rows that are well
-/// filled one by one.
+/// Rows that are the negatives of earlier rows, of the same result or of other blocks, in runs; long rows
+/// with few zeros are listed one by one.
 fn negated(
     items: &Items,
     part: Part,
@@ -140,7 +140,8 @@ fn negated(
         };
         let Some((of, from)) = own.or_else(|| blocks.iter().find_map(of_block)) else { continue };
         known[row] = true;
-        // gcc unrolls the loop of one row and then knows what it negates; that pays for long rows, well filled.
+        // gcc unrolls a loop over one row and then sees the negated values; this pays off for long rows with
+        // few zeros.
         let one_by_one = entries.len() >= LONG && 2 * nonzero > entries.len();
         match found.last_mut() {
             Some(run)
@@ -157,13 +158,13 @@ fn negated(
     found
 }
 
-/// Fewer entries or rows are not worth a loop.
+/// A loop needs at least this many entries and rows.
 const LEAST: usize = 3;
 
-/// More factors are not told apart.
+/// Products with more factors are not split.
 const MOST: usize = 12;
 
-/// The factors of a product in sorted order; of a product of products too, where regrouping is allowed.
+/// The sorted factors of a product; nested products are expanded if regrouping is allowed.
 fn factors(items: &Items, item: ItemId, regroup: bool) -> Vec<ItemId> {
     let mut found = Vec::new();
     let mut pending = vec![item];
@@ -186,7 +187,7 @@ fn factors(items: &Items, item: ItemId, regroup: bool) -> Vec<ItemId> {
     found
 }
 
-/// What is left of some factors without others; `None` if these are not among them.
+/// The factors that remain after `others` are removed; `None` if `factors` does not contain `others`.
 fn without(factors: &[ItemId], others: &[ItemId]) -> Option<Vec<ItemId>> {
     let mut rest = factors.to_vec();
     for other in others {
@@ -195,7 +196,7 @@ fn without(factors: &[ItemId], others: &[ItemId]) -> Option<Vec<ItemId>> {
     Some(rest)
 }
 
-/// The factors that are in both.
+/// The factors common to both lists.
 fn common(factors: &[ItemId], others: &[ItemId]) -> Vec<ItemId> {
     let mut others = others.to_vec();
     let shared = |factor: &&ItemId| {
@@ -205,7 +206,7 @@ fn common(factors: &[ItemId], others: &[ItemId]) -> Vec<ItemId> {
     factors.iter().filter(shared).copied().collect()
 }
 
-/// Rows whose entries are all products of a factor of the row and a factor of the column.
+/// Rows whose entries are all products of a row factor and a column factor.
 fn scaled(
     items: &mut Items,
     part: Part,
@@ -217,7 +218,7 @@ fn scaled(
     for edge in matrix.iter().copied().flatten() {
         *reads.entry(edge.item).or_insert(0u32) += 1;
     }
-    // The factors of an entry that nothing else reads.
+    // The factors of an entry without other readers.
     let product = |edge: &Edge| {
         let alone = items.sources[edge.item as usize].is_none()
             && items.uses[edge.item as usize] == reads[&edge.item];
@@ -227,7 +228,7 @@ fn scaled(
     let products = |row: usize| matrix[row].iter().map(product).collect::<Option<Vec<_>>>();
     let rows: Vec<_> = free.iter().filter_map(|&row| Some((row, products(row)?))).collect();
     let (_, first) = rows.first().filter(|(_, entries)| rows.len() >= LEAST && entries.len() >= LEAST)?;
-    // What the first row has in common is its own factor; what is left, the columns'.
+    // The common factors of the first row form the row factor; the remaining factors form the column factors.
     let shared = first.iter().fold(first[0].0.clone(), |shared, (factors, _)| common(&shared, factors));
     let column = |(factors, negative): &(Vec<ItemId>, bool)| Some((without(factors, &shared)?, *negative));
     let columns: Vec<(Vec<ItemId>, bool)> = first.iter().map(column).collect::<Option<_>>()?;
@@ -246,7 +247,7 @@ fn scaled(
     replaced.sort_unstable();
     replaced.dedup();
     let empty = columns.iter().chain(found.iter().map(|(_, row)| row)).any(|(factors, _)| factors.is_empty());
-    // A loop multiplies equal entries again, but several at a time.
+    // A loop repeats the multiplications of equal entries, but computes several entries at a time.
     if found.len() < LEAST || empty || written > 2 * replaced.len() {
         return None;
     }
@@ -260,10 +261,10 @@ fn scaled(
     Some(Scaled { part, columns, rows })
 }
 
-/// The first item that is a product of these factors.
+/// The first item with each product of factors.
 type Products = rustc_hash::FxHashMap<Vec<ItemId>, ItemId>;
 
-/// The products there are, by their factors.
+/// The existing products, by their factors.
 fn known_products(items: &Items, regroup: bool) -> Products {
     let mut known = Products::default();
     for (item, _) in items.uses.iter().enumerate().filter(|(_, uses)| **uses > 0) {
@@ -272,7 +273,7 @@ fn known_products(items: &Items, regroup: bool) -> Products {
     known
 }
 
-/// A product of factors: one that is there, or one factor times one that is there, or a new one.
+/// A product of factors: an existing item, one factor times an existing item, or a new item.
 fn product_of(items: &mut Items, known: &Products, factors: &[ItemId]) -> ItemId {
     match (factors, known.get(factors)) {
         ([single], _) => return *single,

@@ -1,53 +1,55 @@
-//! Long kernels as several functions: compilers take more than twice as long for twice as many statements in one.
+//! Splits long kernels into several functions, because compile time grows faster than the length of a
+//! function.
 //!
-//! In: a schedule. Out: its statements in sections of at most [`LONGEST`], cut where few values are needed on both sides,
-//! each with what it takes from earlier ones and hands on to later ones. A short kernel is one section. The statements
-//! and their order stay as they are.
+//! In: a schedule. Out: its statements in sections of at most [`LONGEST`], split where few values are live,
+//! each with the values it takes from earlier sections and hands on to later ones. A short kernel is one
+//! section. The statements and their order do not change.
 
 use crate::model::outputs::Part;
 use crate::schedule::{Expression, Name, Schedule, Statement};
 use std::ops::Range;
 
-/// A section has no more statements than this.
+/// The largest number of statements in a section.
 pub const LONGEST: usize = 1000;
 
-/// Nor does it have fewer than this, unless it is the last.
+/// The smallest number of statements in a section other than the last.
 const SHORTEST: usize = LONGEST / 2;
 
-/// A part of a kernel that is a function of its own.
+/// A part of a kernel that becomes a function of its own.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Section {
-    /// Which result its statements are written for, at their beginning.
+    /// The result whose statements begin the section.
     pub part: Part,
-    /// Its statements.
+    /// The statements of the section.
     pub statements: Range<usize>,
-    /// Statements of earlier sections that are written again: entries of arguments under a short name.
+    /// Statements of earlier sections that the section repeats: argument entries with a short name.
     pub again: Vec<usize>,
-    /// Statements that are left out, since later sections alone read what they define and write them again.
+    /// Statements that are omitted, because only later sections read their values, and those sections repeat
+    /// the statements.
     pub unread: Vec<usize>,
-    /// The values it takes from earlier sections.
+    /// The values that the section takes from earlier sections.
     pub takes: Vec<Name>,
-    /// The values it hands on to later ones.
+    /// The values that the section hands on to later sections.
     pub hands_on: Vec<Name>,
-    /// Whether it reads or writes results.
+    /// Whether the section reads or writes results.
     pub stores: bool,
 }
 
 impl Section {
-    /// The statements that are written in it.
+    /// The statements written in the section.
     pub fn written<'a>(&'a self, schedule: &'a Schedule) -> impl Iterator<Item = &'a Statement> {
         let again: Vec<&Statement> = self.again.iter().map(|at| &schedule.statements[*at]).collect();
         let own = self.statements.clone().filter(|at| !self.unread.contains(at));
         again.into_iter().chain(own.map(|at| &schedule.statements[at]))
     }
 
-    /// Whether it takes or hands on a value.
+    /// Whether the section takes or hands on a value.
     pub fn shares(&self) -> bool {
         !self.takes.is_empty() || !self.hands_on.is_empty()
     }
 }
 
-/// Where a temporary is defined and where it is last read.
+/// The definition and the last read of a temporary.
 #[derive(Clone, Copy)]
 struct Life {
     from: usize,
@@ -55,7 +57,7 @@ struct Life {
 }
 
 impl Schedule {
-    /// The functions that the statements are written in.
+    /// The sections of the kernel: each becomes a function.
     pub fn sections(&self) -> Vec<Section> {
         let lives = self.lives();
         let ends = self.cuts(&lives);
@@ -116,7 +118,7 @@ impl Schedule {
         lives
     }
 
-    /// Whether a temporary is an entry of an argument, which every section can read itself.
+    /// Whether a temporary is an argument entry, which every section can read itself.
     fn is_input(&self, life: Life) -> bool {
         matches!(self.statements[life.from], Statement::Let(_, Expression::Input(_)))
     }
@@ -124,7 +126,8 @@ impl Schedule {
     /// The ends of the sections.
     fn cuts(&self, lives: &[Life]) -> Vec<usize> {
         let count = self.statements.len();
-        // How many values are needed on both sides of the end of each statement; no cut parts a row from its multiples.
+        // The number of live values at the end of each statement; a row and its multiples stay in one
+        // section.
         let mut change = vec![0i64; count + 1];
         let rows = self.statements.iter().map(|statement| matches!(statement, Statement::Columns(..)));
         let rows: Vec<bool> = rows.collect();
@@ -144,7 +147,7 @@ impl Schedule {
         let mut ends = Vec::new();
         let mut start = 0;
         while count - start > LONGEST {
-            // What is left may be too short for a section of its own.
+            // The remaining statements may be too few for a section of their own.
             let latest = (start + LONGEST).min(count - 1);
             let after = |statement: &usize| (alive[*statement], std::cmp::Reverse(*statement));
             let cut =
@@ -158,7 +161,7 @@ impl Schedule {
 }
 
 impl Statement {
-    /// The temporary that it gives a value.
+    /// The temporary that the statement defines.
     pub fn defines(&self) -> Option<Name> {
         match self {
             Statement::Let(name, _) | Statement::Columns(name, _) => Some(*name),
@@ -166,7 +169,7 @@ impl Statement {
         }
     }
 
-    /// The temporaries that it reads.
+    /// The temporaries that the statement reads.
     pub fn reads(&self) -> Vec<Name> {
         let mut names = Vec::new();
         if let Statement::Scaled { columns, .. } = self {
@@ -182,7 +185,7 @@ impl Statement {
         names
     }
 
-    /// Whether it writes results.
+    /// Whether the statement writes results.
     pub fn stores(&self) -> bool {
         !matches!(self, Statement::Let(..) | Statement::Columns(..) | Statement::Heading(_))
     }

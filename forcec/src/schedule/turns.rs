@@ -1,14 +1,14 @@
-//! The order of the factors of a product, so that it stays in the range of floats on the way.
+//! Orders the factors of a product so that partial products stay in the range of floats.
 //!
-//! In: a product or quotient and the valuation of its parts. Out: the same as it was, where no product of the first so
-//! many factors is far smaller or larger than the whole where positions meet; else with factors that grow and such that
-//! vanish in turns, and divided as often as that takes. 1e-28 · (1e21 · 1e21) is infinite in floats, (1e-28 · 1e21) · 1e21
-//! is not.
+//! In: a product or quotient and the valuations of its factors. Out: the same expression unchanged, if no
+//! partial product is far smaller or larger than the whole as positions coincide; otherwise the product with
+//! growing and vanishing factors alternating, and with as many divisions as that order needs. 1e-28 · (1e21 ·
+//! 1e21) is infinite in floats, (1e-28 · 1e21) · 1e21 is not.
 
 use crate::scalar::valuation::Valuation;
 use crate::schedule::Expression;
 
-/// A product or quotient in an order that floats hold.
+/// A product or quotient in an order whose partial products are in the range of floats.
 pub(super) fn in_turns(
     over: Vec<Expression>,
     under: Vec<Expression>,
@@ -49,7 +49,7 @@ pub(super) fn in_turns(
     }
 }
 
-/// Whether what is reached factor by factor lies on the way to the whole.
+/// Whether every partial product lies between one and the whole.
 fn are_on_the_way(factors: &[Valuation], whole: Valuation) -> bool {
     let mut reached = Valuation::ZERO;
     factors.iter().all(|factor| {
@@ -59,7 +59,8 @@ fn are_on_the_way(factors: &[Valuation], whole: Valuation) -> bool {
 }
 
 impl Expression {
-    /// How it vanishes or grows where positions meet, from the same of names and inputs.
+    /// The valuation of an expression, from the valuations of names and inputs: how it vanishes or grows as
+    /// positions coincide.
     pub(super) fn valuation(&self, of: &impl Fn(&Expression) -> Valuation) -> Valuation {
         let all = |parts: &[Expression]| parts.iter().map(|x| x.valuation(of)).collect::<Vec<_>>();
         match self {

@@ -1,9 +1,10 @@
-//! How long a line may be, and where a longer one is cut.
+//! Line lengths: how long a line may be, and where a longer line is split.
 //!
-//! In: a tree and the room it has. Out: a tree that fits, after the parts that did not have become lines of their own.
-//! Widths are the widest of all targets, so that every target's lines are the same; rustfmt leaves such lines alone.
-//! Where a line is cut is decided with every temporary's name as long as names are: a name that gets longer moves the
-//! right side of its line onto the next, if it must, and cuts nothing. Only what has no room there either is cut for it.
+//! In: an expression tree and its room. Out: a tree that fits, after the subtrees that did not fit were moved
+//! to lines of their own. A width is the maximum over all targets, so that all targets have the same lines;
+//! rustfmt leaves these lines alone. Splits are decided with one nominal length for all names of temporaries:
+//! a longer name may move the right side of its line to the next line, but it causes no split. A line is
+//! split for the length of its names only if the right side does not fit on a line of its own either.
 
 use crate::math::functions::Function;
 use crate::model::bodies::{Signature, Slot};
@@ -14,42 +15,42 @@ use crate::schedule::{Expression, Variable};
 /// Inputs that are longer than this get a short name.
 pub(super) const LONG_INPUT: usize = 27;
 
-/// How long the name of a temporary is held to be.
+/// The nominal length of the name of a temporary.
 const NAME: usize = 9;
 
-/// The right side of a statement on a line of its own: 100 columns without rustfmt's indentation and a semicolon, nor
-/// the sign and parentheses that a store may put around it.
+/// The right side of a statement on a line of its own: 100 columns minus rustfmt's indentation, the
+/// semicolon, and the sign and parentheses that a store may add.
 const LINE: usize = 84;
 
-/// Arguments of a call, as wide as they are held to be and as they are: narrower than rustfmt's `fn_call_width`.
+/// The arguments of a call, in nominal and in actual width: narrower than rustfmt's `fn_call_width`.
 const ARGUMENTS: [usize; 2] = [72, 50];
 
-/// The width of a fused multiplication and addition without its arguments: that of `f64::mul_add(, , )`.
+/// The width of a fused multiply-add without its arguments: that of `f64::mul_add(, , )`.
 const FUSED: usize = 18;
 
-/// What a tree may take.
+/// The space available to a tree.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Room {
-    /// With all names of one length.
+    /// The width with names of nominal length.
     width: usize,
-    /// With the names as they are.
+    /// The width with the actual names.
     written: usize,
     operations: usize,
 }
 
 impl Room {
-    /// A tree within another.
+    /// The room of a tree within another tree.
     pub(super) const INLINE: Room = Room { width: 58, written: LINE, operations: 7 };
 
-    /// The right side of a store: 100 columns without `    out->dfdx[00][00] = ;`.
+    /// The right side of a store: 100 columns minus `    out->dfdx[00][00] = ;`.
     pub(super) const STORE: Room = Room { width: 75, written: LINE, operations: 9 };
 
-    /// The right side of a definition: three products of two names, and a root of them.
+    /// The right side of a definition: enough for three products of two names, and their square root.
     pub(super) const DEFINITION: Room = Room { width: 75, written: LINE, operations: 9 };
 
-    /// The same for statements in a loop.
+    /// The same room for statements in a loop.
     fn in_loop(self) -> Room {
-        /// The indentation, and what more parentheses may take.
+        /// The indentation, and the space that further parentheses may need.
         const INDENT: usize = 6;
         Room { width: self.width - INDENT, written: self.written - INDENT, ..self }
     }
@@ -67,18 +68,18 @@ impl Room {
     }
 }
 
-/// What a tree takes.
+/// The space that a tree takes.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 struct Size {
-    /// With all names of one length.
+    /// The width with names of nominal length.
     width: usize,
-    /// With the names as they are.
+    /// The width with the actual names.
     written: usize,
     operations: usize,
 }
 
 impl Size {
-    /// Something whose width no temporary's name is part of.
+    /// The size of text that contains no name of a temporary.
     fn new(width: usize, operations: usize) -> Size {
         Size { width, written: width, operations }
     }
@@ -99,7 +100,7 @@ impl std::ops::Add for Size {
     }
 }
 
-/// The width of an entry of an argument.
+/// The width of an argument entry.
 pub(super) fn input_width(signature: &Signature, slot: Slot) -> usize {
     let width = |name: &str| spelled(name, Target::Rust).len();
     match signature.bodies.get(slot.argument as usize) {
@@ -161,12 +162,12 @@ impl Builder<'_> {
         measure(self.signature, &self.variables, expression)
     }
 
-    /// The tree of a statement, with what has no room in it on lines of its own.
+    /// The tree of a statement; subtrees that do not fit are moved to lines of their own.
     pub(super) fn fit_statement(&mut self, value: Expression, room: Room) -> Expression {
         self.fit(value, if self.single { room.in_loop() } else { room })
     }
 
-    /// A fused multiplication with so long names that rustfmt breaks it, on a line of its own.
+    /// Moves a fused multiply-add that rustfmt would break, because its names are long, to a line of its own.
     fn apart(&mut self, value: Expression) -> Expression {
         /// rustfmt's `fn_call_width`, which counts the commas.
         const CALL: usize = 60 - 4;
@@ -182,7 +183,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The same for every operand.
+    /// Applies [`Self::apart`] to every operand.
     fn operands_apart(&mut self, value: Expression) -> Expression {
         let mut all = |list: Vec<Expression>| list.into_iter().map(|x| self.apart(x)).collect::<Vec<_>>();
         match value {
@@ -200,11 +201,11 @@ impl Builder<'_> {
         }
     }
 
-    /// The tree, with what has no room in it on lines of its own.
+    /// Fits a tree into the room; subtrees that do not fit are moved to lines of their own.
     fn fit(&mut self, value: Expression, room: Room) -> Expression {
         match self.operands_apart(value) {
             Expression::Call(function, arguments) => self.fit_call(function, arguments, room),
-            // A fused multiplication is a call as well, and no wider than one.
+            // A fused multiply-add is a call as well, and no wider than a call.
             Expression::Fused(parts) => {
                 let parts = self.cut_greatest((*parts).into(), call_room(room, Size::new(FUSED, 2)), 1);
                 Expression::Fused(Box::new(parts.try_into().expect("as many as there were")))
@@ -235,7 +236,7 @@ impl Builder<'_> {
                 let value = Expression::Quotient(over, under.into_iter().map(|(_, x)| x).collect());
                 let wide = self.size(&value).written > room.written;
                 match value {
-                    // Long names alone: what is divided gets a line of its own.
+                    // Only the names are too long: the numerator moves to a line of its own.
                     Expression::Quotient(over, under) if wide && over.len() > 1 && !under.is_empty() => {
                         let over = self.part(Expression::Quotient(over, vec![]));
                         Expression::Quotient(vec![over], under)
@@ -256,7 +257,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Cuts off the greatest trees until the rest has room.
+    /// Moves the largest trees to lines of their own until the rest fits.
     fn fit_all<const COUNT: usize>(
         &mut self,
         parts: [Expression; COUNT],
@@ -271,7 +272,8 @@ impl Builder<'_> {
         Expression::Call(function, self.cut_greatest(arguments, room, 1))
     }
 
-    /// Cuts off trees of at least so many operations, the greatest first, until the rest has room.
+    /// Moves trees of at least `least` operations to lines of their own, the largest first, until the rest
+    /// fits.
     fn cut_greatest(&mut self, mut list: Vec<Expression>, room: Room, least: usize) -> Vec<Expression> {
         let sizes: Vec<Size> = list.iter().map(|x| self.size(x)).collect();
         let mut total = sizes.iter().fold(Size::default(), |sum, size| sum + *size);
@@ -298,7 +300,7 @@ impl Builder<'_> {
         list
     }
 
-    /// Fewer terms of the same total: great ones are cut off, then neighbours are joined on lines of their own.
+    /// Shortens a sum with the same total: large terms, then groups of neighbours move to lines of their own.
     fn condense(
         &mut self,
         terms: Vec<(bool, Expression)>,
@@ -346,7 +348,7 @@ impl Builder<'_> {
                     groups.push(end);
                 }
             }
-            // What is left over stays where it is.
+            // The remaining terms stay in place.
             let last = if groups.len() > 1 { groups[groups.len() - 1] } else { terms.len() - 1 };
             let mut rest = terms.into_iter();
             let mut joined = Vec::new();

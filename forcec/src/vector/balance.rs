@@ -1,25 +1,26 @@
-//! Positions behind weights, turns and products, whose sum does not depend on the origin.
+//! Sums of weighted, rotated and multiplied positions that do not depend on the origin.
 //!
-//! In: the terms of a sum, positions in them multiplied, turned or crossed with something. Out: the same sum. What is done
-//! to several positions alike is done once to their sum, and weights of points that add up to nothing weigh differences:
-//! u a + v b + (1 − u − v) c − p is u (a − p) + v (b − p) + (1 − u − v) (c − p). Promise: only sums that depend on a
-//! position change, and far from the origin they keep the digits that they have near it.
+//! In: the terms of a sum, with positions that are multiplied, rotated or crossed with something. Out: the
+//! same sum. An operation applied to several positions is applied once to their sum. If the weights of points
+//! add up to zero, the weights multiply differences: u a + v b + (1 − u − v) c − p becomes u (a − p) + v (b −
+//! p) + (1 − u − v) (c − p). Promise: only sums that depend on a position change, and far from the origin
+//! they are as precise as near it.
 
 use crate::math::exact::{Exact, collect};
 use crate::model::bodies::{Role, Slot};
 use crate::vector::{Graph, Node, Real, Vector};
 use std::collections::BTreeMap;
 
-/// Weights whose sum has more terms than this are not known to add up to nothing.
+/// Weights whose sum has more terms than this are not tested for a zero sum.
 const LONGEST_WEIGHT: usize = 64;
 
-/// Higher powers are not multiplied out.
+/// Higher powers are not expanded.
 const HIGHEST_POWER: i32 = 8;
 
-/// How many nodes are looked through for a position.
+/// The number of nodes that the search for a position visits.
 const DEEPEST: usize = 64;
 
-/// What is done to a vector, linearly.
+/// A linear operation on a vector.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Carrier {
     Scale(Real),
@@ -31,7 +32,8 @@ enum Carrier {
 type Polynomial = BTreeMap<Vec<Real>, Exact>;
 
 impl Graph {
-    /// Whether a vector is a position, one that something is done to, or a sum with such a term, not too deep.
+    /// Whether a vector is a position, a linear operation on a position, or a sum with such a term, at
+    /// limited depth.
     pub(super) fn holds_position(&self, v: Vector) -> bool {
         let mut open = vec![v];
         for _ in 0..DEEPEST {
@@ -45,7 +47,7 @@ impl Graph {
         false
     }
 
-    /// A vector as ± something done to another.
+    /// A vector as ± a linear operation on another vector.
     fn carried(&self, v: Vector) -> Option<(Exact, Carrier, Vector)> {
         let is_open = |v: &Vector| matches!(self.vector_at(*v), Node::Triple(_) | Node::VectorSum(_));
         match *self.vector_at(v) {
@@ -57,7 +59,7 @@ impl Graph {
         }
     }
 
-    /// The terms of a sum of vectors, positions in them subtracted before anything else is done to them.
+    /// The terms of a sum of vectors; positions are subtracted before any operation on them.
     pub(super) fn balance(&mut self, terms: Vec<(Exact, Vector)>) -> Vec<(Exact, Vector)> {
         let terms = self.add_packed(terms);
         let behind = |(_, v): &&(Exact, Vector)| self.carried(*v).is_some() && self.holds_position(*v);
@@ -68,7 +70,7 @@ impl Graph {
         self.weigh_differences(terms)
     }
 
-    /// The terms of a sum of reals, n·x − n·y as n·(x − y) where that leaves no position.
+    /// The terms of a sum of reals, with n·x − n·y as n·(x − y) where the difference contains no position.
     pub(super) fn balance_products(&mut self, terms: Vec<(Exact, Real)>) -> Vec<(Exact, Real)> {
         let mut groups: BTreeMap<Vector, Vec<(Exact, Vector)>> = BTreeMap::new();
         for (c, x) in &terms {
@@ -94,7 +96,8 @@ impl Graph {
         collect(rest)
     }
 
-    /// The product of a vector that holds no position and one that does.
+    /// The factors of a dot product of a vector that contains no position and a vector that does, in this
+    /// order.
     pub(super) fn measured(&self, x: Real) -> Option<(Vector, Vector)> {
         let Node::Dot(u, v) = *self.at(x) else { return None };
         match [u, v].map(|v| self.holds_position(v)) {
@@ -104,7 +107,7 @@ impl Graph {
         }
     }
 
-    /// Vectors packed of such products, added entry by entry.
+    /// Adds vectors packed from such dot products entry by entry.
     fn add_packed(&mut self, terms: Vec<(Exact, Vector)>) -> Vec<(Exact, Vector)> {
         let measures = |graph: &Graph, v: Vector| match graph.vector_at(v) {
             Node::Pack(entries) => entries.iter().any(|x| graph.measured(*x).is_some()).then_some(*entries),
@@ -126,7 +129,7 @@ impl Graph {
         collect(rest)
     }
 
-    /// q·x − q·y = q·(x − y), where that leaves no position.
+    /// q·x − q·y = q·(x − y), where the difference contains no position.
     fn carry_together(&mut self, terms: Vec<(Exact, Vector)>) -> Vec<(Exact, Vector)> {
         let mut groups: BTreeMap<Carrier, Vec<(Exact, Vector)>> = BTreeMap::new();
         for (c, v) in &terms {
@@ -156,8 +159,8 @@ impl Graph {
         collect(rest)
     }
 
-    /// Points whose weights add up to nothing as weighted differences from one of them: one that has no weight but a
-    /// number, if there is one.
+    /// Points whose weights add up to zero, as weighted differences from one of the points: a point with a
+    /// numeric weight, if there is one.
     fn weigh_differences(&mut self, terms: Vec<(Exact, Vector)>) -> Vec<(Exact, Vector)> {
         let point = |graph: &Graph, (c, v): &(Exact, Vector)| match *graph.vector_at(*v) {
             Node::Scale(s, inner) => graph.point(inner).map(|slot| (c.clone(), Some(s), slot)),
@@ -191,7 +194,7 @@ impl Graph {
         collect(rest)
     }
 
-    /// Whether weights are zero in total, however they are named and bracketed.
+    /// Whether weights add up to zero, however they are named and bracketed.
     fn add_up_to_nothing(&self, points: &[(Exact, Option<Real>, Slot)]) -> bool {
         let mut total = Polynomial::new();
         for (c, weight, _) in points {
@@ -204,7 +207,7 @@ impl Graph {
         total.is_empty()
     }
 
-    /// A real multiplied out, lets looked through; `None` if that is long.
+    /// The polynomial of a real with products and lets expanded; `None` if the polynomial is too long.
     fn polynomial(&self, real: Real) -> Option<Polynomial> {
         let order = self.below(real)?;
         let mut known: BTreeMap<Real, Polynomial> = BTreeMap::new();
@@ -238,7 +241,8 @@ impl Graph {
         known.remove(&real)
     }
 
-    /// What a real is a polynomial of, operands before users; `None` if that is long.
+    /// The nodes from which a real is computed as a polynomial, operands before users; `None` if there are
+    /// too many.
     fn below(&self, real: Real) -> Option<Vec<Real>> {
         let mut open = vec![real];
         let mut found = std::collections::BTreeSet::new();
@@ -260,7 +264,7 @@ impl Graph {
     }
 }
 
-/// Whether a product is multiplied out: weights of splines have no higher powers.
+/// Whether a product is expanded: weights of splines have no higher powers.
 fn is_short(factors: &[(Real, i32)]) -> bool {
     factors.iter().all(|(_, exponent)| (1..=HIGHEST_POWER).contains(exponent))
 }

@@ -1,24 +1,26 @@
-//! Combinations of few vectors with weights that no body moves: the columns of a deformation gradient F = E W.
+//! Linear combinations of a few vectors with constant weights: the columns of a deformation gradient F = E W.
 //!
-//! In: vectors. Out: a triple product of them as det(E W) = det E det W, which is differentiated along the edges and not
-//! through every column. Promise: nothing cancels in the product that did not cancel in its factors. A sum of squares
-//! tr FᵀF is not multiplied out into Σ (W Wᵀ)ₐᵦ eₐ·eᵦ: on a sliver these terms exceed their sum by the square of its aspect.
+//! In: vectors. Out: a triple product of them as det(E W) = det E det W, which is differentiated along the
+//! edges instead of through every column. Promise: the product has no cancellation that its factors lack. A
+//! sum of squares tr FᵀF is not expanded into Σ (W Wᵀ)ₐᵦ eₐ·eᵦ: on a sliver these terms exceed their sum by
+//! the square of the aspect ratio.
 
 use crate::math::exact::Exact;
 use crate::vector::{Graph, Node, Real, Vector};
 use std::collections::BTreeMap;
 
-/// Σ weight · vector, the weight of each vector a sum of coefficients times reals.
+/// Σ weight · vector, where the weight of each vector is a sum of coefficients times reals.
 type Combination = BTreeMap<Vector, Vec<(Exact, Real)>>;
 
-/// Combinations of more vectors are left as they are: three span the space.
+/// Combinations of more vectors do not change: three vectors span the space.
 const SPAN: usize = 3;
 
-/// A weight that is made of more nodes than this is not looked through.
+/// A weight with more nodes than this is not analysed.
 const LARGEST_WEIGHT: usize = 64;
 
 impl Graph {
-    /// u·(v×w) of weighted combinations of three vectors as the determinant of the weights times a triple product.
+    /// u·(v×w) of weighted combinations of three vectors as the determinant of the weights times a triple
+    /// product.
     pub(super) fn determinant_of_product(&mut self, u: Vector, v: Vector, w: Vector) -> Option<Real> {
         let columns = [self.combination(u)?, self.combination(v)?, self.combination(w)?];
         if columns.iter().filter(|column| column.len() > 1).count() < 2 {
@@ -40,7 +42,8 @@ impl Graph {
         Some(self.mul(weight, volume))
     }
 
-    /// A vector as a combination of vectors with fixed weights, none of which is a number; lets are looked through.
+    /// A vector as a combination of vectors with constant weights, none of which is a number; lets are
+    /// expanded.
     fn combination(&self, v: Vector) -> Option<Combination> {
         let mut combination = Combination::new();
         let mut open = vec![(Exact::ONE, None, v)];
@@ -62,7 +65,7 @@ impl Graph {
         self.sum(Exact::ZERO, combination.get(&v).cloned().unwrap_or_default())
     }
 
-    /// Whether a real is made of parameters and numbers alone, and of few of them.
+    /// Whether a real depends only on parameters and numbers, and on few of them.
     fn is_fixed(&self, real: Real) -> bool {
         let mut open = vec![real.index()];
         let mut seen = 0;
@@ -92,7 +95,7 @@ impl Graph {
     }
 }
 
-/// The vectors that combinations combine, if they are few.
+/// The vectors in the combinations, if there are few.
 fn span(columns: &[Combination]) -> Option<Vec<Vector>> {
     let mut basis: Vec<Vector> = columns.iter().flat_map(BTreeMap::keys).copied().collect();
     basis.sort();

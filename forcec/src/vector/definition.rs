@@ -1,4 +1,4 @@
-//! What the front end hands on: one checked force function as values of a vector graph.
+//! The output of the front end: one checked force function as values of a vector graph.
 
 use crate::math::exact::Exact;
 use crate::model::bodies::BodyKind;
@@ -10,44 +10,45 @@ use crate::vector::{Graph, Real, Vector};
 /// A checked force function.
 #[derive(Clone)]
 pub struct Definition {
-    /// Its name in the source.
+    /// The name in the source.
     pub name: String,
-    /// Its doc comment, a line each, without the leading space.
+    /// The doc comment, line by line, without the leading space.
     pub docs: Vec<String>,
-    /// Where its name stands.
+    /// The source span of the name.
     pub span: Span,
-    /// The graph its values live in; `graph.signature` holds bodies and parameters. For a constraint the last two
-    /// parameters are `stiffness` and `damping`: a real each, or with `per_row` an array of one real a row.
+    /// The graph of the values; `graph.signature` lists bodies and parameters. For a constraint, the last two
+    /// parameters are `stiffness` and `damping`: one real each, or with `per_row` an array with one real per
+    /// row.
     pub graph: Graph,
-    /// What the function states.
+    /// The law that the function defines.
     pub law: Law,
-    /// Numbers in its source that floats do not hold, where they stand.
+    /// Numbers in the source that are out of range for floats, with their spans.
     pub extremes: Vec<(Exact, Span)>,
-    /// The warnings that its attributes answer.
+    /// The warnings that attributes of the function allow.
     pub allowed: Vec<Lint>,
-    /// Where its value or a derivative may not exist; none in a graph that simplifies nothing.
+    /// Points where the value or a derivative may not exist; empty for a graph that simplifies nothing.
     pub singular: Vec<Singular>,
-    /// The nodes at which the function branches, choices and `abs`, `min`, `max`, `signum`, and where they stand, in the
-    /// order of nodes.
+    /// The nodes at which the function branches (selections, `abs`, `min`, `max`, `signum`) with their spans,
+    /// in the order of nodes.
     pub branches: Vec<(usize, Span)>,
 }
 
-/// A place of the source where a value, or its derivative, may not exist.
+/// A place in the source where a value or its derivative may not exist.
 #[derive(Clone, Debug)]
 pub struct Singular {
-    /// What decides.
+    /// The operand that decides whether the value exists.
     pub operand: Real,
-    /// What the operand is worth there.
+    /// The values of the operand at which the value or its derivative may not exist.
     pub ends: Vec<f64>,
-    /// What there is to say about it.
+    /// The warning to report.
     pub warning: Diagnostic,
-    /// Whether an attribute says that it is known.
+    /// Whether an attribute allows the singularity.
     pub allowed: bool,
 }
 
 impl Definition {
-    /// The derivatives that are symmetric whatever the function computes: ∂F/∂V of a constraint is −Jᵀ D J; ∂F/∂X of an
-    /// energy is a Hessian where nothing turns.
+    /// The derivatives that are symmetric for every function of this kind: ∂F/∂V of a constraint is −Jᵀ D J;
+    /// ∂F/∂X of an energy is a Hessian if no body rotates.
     pub fn symmetric(&self) -> &'static [Part] {
         let mut bodies = self.graph.signature.moving();
         match self.law {
@@ -58,16 +59,16 @@ impl Definition {
     }
 }
 
-/// What a force function states.
+/// The law of a force function.
 #[derive(Clone, Debug)]
 pub enum Law {
-    /// Rows of C, in order; a vector counts for three.
+    /// Rows of C, in order; a vector counts as three rows.
     Constraint {
         /// The rows.
         rows: Vec<Row>,
-        /// Rows are gaps and push only while they are negative.
+        /// Whether the rows are gaps, which push only while negative.
         unilateral: bool,
-        /// `stiffness` and `damping` have an entry a row.
+        /// Whether `stiffness` and `damping` have one entry per row.
         per_row: bool,
     },
     /// The energy E.
@@ -77,12 +78,12 @@ pub enum Law {
 }
 
 impl Law {
-    /// Whether its rows pull by multipliers: those of a constraint do.
+    /// Whether the law has rows with multipliers: only a constraint has.
     pub fn has_multipliers(&self) -> bool {
         matches!(self, Law::Constraint { .. })
     }
 
-    /// Rows of C; one for an energy, none for a force.
+    /// The number of rows of C; one for an energy, zero for a force.
     pub fn rows(&self) -> usize {
         match self {
             Law::Constraint { rows, .. } => rows.iter().map(|row| row.count()).sum(),
@@ -97,12 +98,12 @@ impl Law {
 pub enum Row {
     /// One row.
     Real(Real),
-    /// Three rows, kept as a vector.
+    /// Three rows, stored as a vector.
     Vector(Vector),
 }
 
 impl Row {
-    /// How many rows.
+    /// The number of rows.
     pub fn count(self) -> usize {
         match self {
             Row::Real(_) => 1,

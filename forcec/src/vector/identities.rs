@@ -1,15 +1,15 @@
-//! Identities of functions, as data: each has a name, its two sides in the force language, and the code that applies it.
+//! Identities of functions, as data: a name, two sides in the force language, and the code that applies each.
 //!
-//! A rule must hold wherever its left side is defined and finite; a test compiles both sides of every rule, compares
-//! their values at sampled points and sees the rule fire.
+//! A rule must be valid wherever its left side is defined and finite. A test compiles both sides of every
+//! rule, compares their values at sampled points and checks that the rule fires.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::vector::{Graph, Node, Real};
 
-/// One identity.
+/// An identity of functions.
 pub struct Identity {
-    /// What reports call it.
+    /// The name in reports.
     #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub name: &'static str,
     /// The left side, in the force language, over the reals `x` and `y`.
@@ -57,14 +57,14 @@ fn is_even(function: Function) -> bool {
     }
 }
 
-/// −x as x, if x is written with a minus sign.
+/// −x without its minus sign, if x is written with one.
 fn without_minus(g: &mut Graph, x: Real) -> Option<Real> {
     let (coefficient, _) = g.split(x);
     let negative = coefficient.is_negative() || g.value(x).is_some_and(Exact::is_negative);
     negative.then(|| g.neg(x))
 }
 
-/// f(0) as a number, for the functions that have an exact one.
+/// f(0), for the functions with an exact value there.
 fn at_zero(function: Function) -> Option<Exact> {
     use Function::{Abs, Cos, CosSqrt, Cosh, Erfc, Exp, ExpM1, Ln1p, LnCosh, Logistic, Sinc, Sqrt};
     match function {
@@ -77,7 +77,7 @@ fn at_zero(function: Function) -> Option<Exact> {
     }
 }
 
-/// Every identity of functions, in the order they are tried.
+/// The identities of functions, in the order in which they are tried.
 pub static IDENTITIES: &[Identity] = &[
     identity!("at zero", "x.sin() + (x - x).exp() - (0.0 * y).tan()" => "x.sin() + 1.0", |g, f, x| {
         let zero = x.len() == 1 && g.is_zero(x[0]);

@@ -1,21 +1,23 @@
-//! Terms and factors that overflow, or are singular, apart and are not together: exponentials, and angles over sines.
+//! Joins terms and factors that overflow or are singular separately but not together: exponentials, and
+//! angles over sines.
 //!
-//! In: the terms of a sum, or the factors of a product. Out: the same value wherever that is defined and finite, and its
-//! limit elsewhere: 1/(1 + eᵘ) is logistic(−u), also where eᵘ is infinite, and so are its derivatives.
+//! In: the terms of a sum, or the factors of a product. Out: the same value wherever the input is defined and
+//! finite, and its limit elsewhere: 1/(1 + eᵘ) becomes logistic(−u), which is also valid where eᵘ is
+//! infinite, and so are its derivatives.
 
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::vector::{Graph, Node, Real};
 use std::collections::BTreeMap;
 
-/// A higher power of a divisor stays as it is written.
+/// Higher powers of a divisor are not joined.
 const LARGEST_POWER: i64 = 64;
 
-/// Factors with their exponents.
+/// Factors and their exponents.
 type Powers = BTreeMap<Real, i64>;
 
 impl Graph {
-    /// What stands behind names.
+    /// The node of a real, with lets expanded.
     fn opened(&self, mut real: Real) -> &Node {
         while let Node::Let(inner) = self.at(real) {
             real = *inner;
@@ -23,7 +25,7 @@ impl Graph {
         self.at(real)
     }
 
-    /// u of eᵘ
+    /// The exponent u of eᵘ.
     pub(crate) fn exponent(&self, real: Real) -> Option<Real> {
         match self.opened(real) {
             Node::Call(Function::Exp, arguments) => Some(arguments[0]),
@@ -31,7 +33,7 @@ impl Graph {
         }
     }
 
-    /// (a, b, u) of a + b eᵘ, a and b ±1; eᵘ − 1 has a function of its own too.
+    /// (a, b, u) of a + b eᵘ with a and b ±1; eᵘ − 1 is also recognised as a function of its own.
     pub(crate) fn one_and_exponential(&self, real: Real) -> Option<(bool, bool, Real)> {
         match self.opened(real) {
             Node::Sum(constant, terms) if constant.is_unit() => match &**terms {
@@ -45,7 +47,7 @@ impl Graph {
         }
     }
 
-    /// Pairs of terms: eᵘ + e⁻ᵘ is 2 cosh u, eᵘ − e⁻ᵘ is 2 sinh u, 1 − logistic u is logistic(−u).
+    /// Joins pairs of terms: eᵘ + e⁻ᵘ is 2 cosh u, eᵘ − e⁻ᵘ is 2 sinh u, 1 − logistic u is logistic(−u).
     pub(super) fn pair_exponentials(
         &mut self,
         constant: &mut Exact,
@@ -86,7 +88,7 @@ impl Graph {
         if !changed {
             return terms;
         }
-        // A sine of a negative argument is a term with a coefficient.
+        // A sine of a negative argument becomes a term with a coefficient.
         let split = terms.into_iter().map(|(c, term)| {
             let (own, rest) = self.split(term);
             (&c * &own, rest)
@@ -94,8 +96,9 @@ impl Graph {
         crate::math::exact::collect(split.collect())
     }
 
-    /// Quotients: 1/(1 + eᵘ) is logistic(−u), eᵘ/(1 + eᵘ) logistic u, (eᵘ − 1)/(1 + eᵘ) tanh(u/2), eᵘ/(eᵘ − 1)²
-    /// 1/(4 sinh²(u/2)), eᵘ/(eᵘ − 1) −1/(e⁻ᵘ − 1). Returns the coefficient that comes of it.
+    /// Joins quotients: 1/(1 + eᵘ) is logistic(−u), eᵘ/(1 + eᵘ) is logistic u, (eᵘ − 1)/(1 + eᵘ) is
+    /// tanh(u/2), eᵘ/(eᵘ − 1)² is 1/(4 sinh²(u/2)), eᵘ/(eᵘ − 1) is −1/(e⁻ᵘ − 1). Returns the resulting
+    /// coefficient.
     pub(super) fn join_exponentials(&mut self, powers: &mut Powers) -> Exact {
         let mut coefficient = Exact::ONE;
         let divisors: Vec<(Real, i64, (bool, bool, Real))> = powers
@@ -191,8 +194,8 @@ impl Graph {
         coefficient
     }
 
-    /// θ = atan2(|v|, w) over |v| is a row of its own, smooth at v = 0 for w > 0, and θ |v| is |v|² times that: the square of
-    /// an angle has derivatives where the angle itself has a kink.
+    /// θ/|v| with θ = atan2(|v|, w) is a function of the table, smooth at v = 0 for w > 0, and θ |v| is |v|²
+    /// times this function: the square of an angle has derivatives where the angle itself has a kink.
     pub(super) fn join_angles(&mut self, powers: &mut Powers) {
         let angles: Vec<(Real, i64, Real, Real)> = powers
             .iter()

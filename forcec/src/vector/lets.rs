@@ -1,13 +1,14 @@
 //! Named intermediates.
 //!
-//! In: a value and the author's name for it. Out: the value, held by a let of that name. Promise: wherever the held
-//! expression turns up again it becomes that let. Inputs, numbers and points stay open.
+//! In: a value and the author's name for it. Out: the value, bound by a let of that name. Promise: every
+//! later occurrence of the bound expression becomes that let. Inputs, numbers and points are not bound.
 
 use crate::math::exact::Exact;
 use crate::vector::{Graph, Node, Real, Vector};
 
 impl Graph {
-    /// A named intermediate. Inputs and numbers stay what they are; of two names for one thing the first stays.
+    /// Binds a real to a name. Inputs and numbers are returned unchanged; of two names for one expression the
+    /// first is used.
     pub fn let_real(&mut self, name: &str, value: Real) -> Real {
         let (coefficient, rest) = self.split(value);
         if !self.simplify
@@ -28,7 +29,7 @@ impl Graph {
         self.scaled(coefficient, held)
     }
 
-    /// A named intermediate.
+    /// Binds a vector to a name.
     pub fn let_vector(&mut self, name: &str, value: Vector) -> Vector {
         let (coefficient, rest) = self.split_vector(value);
         let plain = matches!(self.vector_at(rest), Node::Triple(_) | Node::VectorLet(_) | Node::VectorSum(_))
@@ -40,12 +41,12 @@ impl Graph {
         let has_point = matches!(self.vector_at(rest), Node::VectorSum(terms) if terms.iter().any(is_point));
         let is_offset = matches!(*self.vector_at(rest), Node::VectorOffset(v, _) if self.point(v).is_some());
         if has_point || is_offset || self.holds_position(rest) {
-            // A point in the world: open for the same reason as in `holds_point`.
+            // A point in the world: not bound, for the same reason as in `holds_point`.
             self.names.entry(rest.0).or_insert_with(|| name_of_multiple(name, &coefficient));
             return value;
         }
         if let Node::Rotate(..) = self.vector_at(rest) {
-            // The author's name is better than the one that `name_arm` made up.
+            // The author's name replaces the name that `name_arm` generated.
             self.names.remove(&rest.0);
         }
         let held = self.vector(Node::VectorLet(rest));
@@ -54,7 +55,7 @@ impl Graph {
         self.vector_sum(vec![(coefficient, held)])
     }
 
-    /// A parameter that is turned into the world is named after itself, so that a person recognises it.
+    /// Names a parameter that is rotated into the world after itself, so that readers recognise it.
     pub(super) fn name_arm(&mut self, rotated: Vector, arm: Vector) {
         let Node::Rotate(quaternion, false, _) = *self.vector_at(rotated) else { return };
         let Node::Triple(slot) = *self.vector_at(arm) else { return };
@@ -69,7 +70,7 @@ impl Graph {
     }
 }
 
-/// What to call x where the author's name is for a multiple of x.
+/// The name of x where the author named a multiple of x.
 fn name_of_multiple(name: &str, coefficient: &Exact) -> String {
     if coefficient.is_one() {
         name.to_owned()

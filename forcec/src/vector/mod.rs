@@ -1,11 +1,12 @@
-//! The vector graph: a force function as the author wrote it, on reals, vectors of three and rotations.
+//! The vector graph: a force function as written by the author, on reals, 3-vectors and rotations.
 //!
-//! One hash-consed arena of typed nodes; ids are `Copy`, operands come before users, so a pass is one loop. Here are the
-//! nodes and the arena; the constructors stand below, by what they make. They keep nodes canonical: sums collect like
-//! terms with exact coefficients, signs and numbers move outward, products merge powers, differences of points are
-//! pinned, and an expression that a `let` holds becomes that let. We simplify real numbers and say so: 0·x = 0 and
-//! x/x = 1. A graph made by [`Graph::verbatim`] simplifies nothing: it is the source as written, the reference that
-//! everything else is checked against.
+//! One hash-consed arena of typed nodes. Ids are `Copy`, and operands precede their users, so that a pass is
+//! one loop. This module defines the nodes and the arena; the submodules define the constructors, grouped by
+//! the kind of node. Constructors keep nodes canonical: sums collect like terms with exact coefficients,
+//! signs and numbers move outward, products merge powers, differences of points are pinned, and an expression
+//! bound by a `let` is replaced by that let. Simplification assumes real numbers: 0·x = 0 and x/x = 1. A
+//! graph made by [`Graph::verbatim`] simplifies nothing: it represents the source as written, and is the
+//! reference for all checks.
 
 mod balance;
 mod combinations;
@@ -62,10 +63,10 @@ id!(/// A vector-valued node.
 id!(/// A truth-valued node.
     Truth, "b");
 
-/// A product of stored unit quaternions, left to right, each inverted or not.
+/// A product of stored unit quaternions, left to right, each with a flag for its inverse.
 pub type Turn = Box<[(Slot, bool)]>;
 
-/// One node.
+/// A node of the graph.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Node {
     /// A number.
@@ -82,22 +83,22 @@ pub enum Node {
     Component(Vector, u8),
     /// |v|
     Norm(Vector),
-    /// w of the product of stored unit quaternions, each inverted or not.
+    /// w of the product of stored unit quaternions, each with a flag for its inverse.
     TurnReal(Turn),
     /// A row of the function table.
     Call(Function, Box<[Real]>),
-    /// if the condition holds the first, else the second
+    /// if the condition is true the first, else the second
     Select(Truth, Real, Real),
-    /// entry + number, pinned: an entry of an argument, and a number that is not zero.
+    /// entry + number, pinned: an argument entry plus a nonzero number.
     Offset(Real, Exact),
-    /// An intermediate that the author named, or that derivation keeps: opaque to simplification.
+    /// An intermediate value named by the author or kept by differentiation: opaque to simplification.
     Let(Real),
 
     /// Three consecutive entries of an argument.
     Triple(Slot),
     /// The pinned difference of two points, first − second: no pass may regroup across it.
     Difference(Slot, Slot),
-    /// triple + numbers, pinned: a point and a place that the text names.
+    /// triple + numbers, pinned: a point plus a constant vector from the source.
     VectorOffset(Vector, Box<[Exact; 3]>),
     /// Σ coefficient · vector; empty is the zero vector
     VectorSum(Box<[(Exact, Vector)]>),
@@ -111,37 +112,37 @@ pub enum Node {
     TurnVector(Turn),
     /// A vector from its entries.
     Pack([Real; 3]),
-    /// if the condition holds the first, else the second
+    /// if the condition is true the first, else the second
     VectorSelect(Truth, Vector, Vector),
-    /// A named intermediate.
+    /// A named intermediate vector.
     VectorLet(Vector),
 
-    /// A known truth.
+    /// A boolean constant.
     Known(bool),
     /// A comparison.
     Compare(Comparison, Real, Real),
-    /// Both.
+    /// Logical and.
     And(Truth, Truth),
-    /// Either.
+    /// Logical or.
     Or(Truth, Truth),
-    /// Not.
+    /// Logical not.
     Not(Truth),
 }
 
 impl Node {
-    /// Whether the value is one of two branches, each with a derivative of its own.
+    /// Whether the value is one of two branches, each with its own derivative.
     pub fn branches(&self) -> bool {
         use Function::{Abs, Max, Min, Signum};
         matches!(self, Node::Select(..) | Node::VectorSelect(..) | Node::Call(Abs | Signum | Min | Max, _))
     }
 
-    /// Whether it is a real or a vector, and no truth.
+    /// Whether the node is a real or a vector rather than a boolean.
     pub fn is_value(&self) -> bool {
         use Node::{And, Compare, Known, Not, Or};
         !matches!(self, Known(_) | Compare(..) | And(..) | Or(..) | Not(_))
     }
 
-    /// The nodes this one reads, truths included, as positions in the arena.
+    /// The operands of the node, booleans included, as positions in the arena.
     pub fn operands(&self) -> SmallVec<[u32; 4]> {
         match self {
             Node::Constant(_)
@@ -175,38 +176,42 @@ impl Node {
     }
 }
 
-/// The arena.
+/// The arena of nodes.
 #[derive(Clone)]
 pub struct Graph {
     nodes: IndexSet<Node, FxBuildHasher>,
-    /// Definitions that a let holds, and the let.
+    /// The let of each expression that a let binds.
     held: FxHashMap<u32, u32>,
-    /// Names of lets.
+    /// The names of the lets.
     names: BTreeMap<u32, String>,
     /// The arguments that slots refer to.
     pub signature: Signature,
     simplify: bool,
-    /// Work on long numbers, in steps.
+    /// The cost of arithmetic on long numbers, in steps.
     folding: u64,
-    /// Whether quaternions may be taken as of length one: in derivatives, never in values.
+    /// Whether quaternions may be assumed to have length one: in derivatives, never in values.
     unit_quaternions: bool,
-    /// How derivatives are written here.
+    /// The formulation of derivatives in this graph.
     pub formulation: Formulation,
 }
 
-/// How derivatives are written. All say the same; which is shortest depends on the kernel.
+/// A formulation of derivatives. All formulations are equivalent; which one is shortest depends on the
+/// kernel.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Formulation {
-    /// The derivative of a factor is formed backward, for all variables at once, so that what it brings to a vector is
-    /// one sum that every arm is crossed with; else forward, a sum of products for every variable.
+    /// Derivatives of scalar factors use reverse mode, for all variables at once: the contribution to a
+    /// vector is one sum, and every arm is crossed with this sum. Otherwise they use forward mode: a sum of
+    /// products for every variable.
     pub backward: bool,
-    /// Outer products with one left side are joined even where their right sides, taken apart, would meet others.
+    /// Outer products with the same left side are joined even if their right sides, when expanded, would
+    /// share terms.
     pub closed: bool,
-    /// A real that all terms of a left side share stands on the right, so that left sides meet those of other blocks.
+    /// A real common to all terms of a left side moves to the right side, so that left sides equal those of
+    /// other blocks.
     pub bare: bool,
 }
 
-/// The formulations that are tried, in order.
+/// The formulations to try, in order.
 pub static FORMULATIONS: [Formulation; 4] = [
     Formulation { backward: false, closed: true, bare: true },
     Formulation { backward: false, closed: true, bare: false },
@@ -215,7 +220,7 @@ pub static FORMULATIONS: [Formulation; 4] = [
 ];
 
 impl Graph {
-    /// An empty graph over these arguments.
+    /// An empty graph over the given arguments.
     pub fn new(signature: Signature) -> Graph {
         Graph {
             nodes: IndexSet::default(),
@@ -229,7 +234,7 @@ impl Graph {
         }
     }
 
-    /// An empty graph that keeps every operation as it is written.
+    /// An empty graph that keeps every operation as written.
     pub fn verbatim(signature: Signature) -> Graph {
         Graph { simplify: false, ..Graph::new(signature) }
     }
@@ -239,17 +244,17 @@ impl Graph {
         self.simplify
     }
 
-    /// From here on quaternions have length one: what follows are derivatives.
+    /// Assumes unit quaternions in all nodes created from now on, which belong to derivatives.
     pub fn assume_unit_quaternions(&mut self) {
         self.unit_quaternions = true;
     }
 
-    /// Number of nodes.
+    /// The number of nodes.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Whether there is none.
+    /// Whether the graph has no nodes.
     #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
@@ -265,7 +270,7 @@ impl Graph {
         self.nodes.iter()
     }
 
-    /// The numbers that stand in a node itself.
+    /// The numbers in a node, operands excluded.
     fn numbers(&self, index: usize) -> impl Iterator<Item = &Exact> {
         let none: &[(Exact, Real)] = &[];
         let (own, reals, vectors): (&[Exact], _, &[(Exact, Vector)]) = match self.node(index) {
@@ -278,12 +283,12 @@ impl Graph {
         own.iter().chain(reals.iter().map(|(c, _)| c)).chain(vectors.iter().map(|(c, _)| c))
     }
 
-    /// Whether a number in a node is beyond what any kernel can print.
+    /// Whether a number in a node exceeds the range that any kernel can print.
     pub fn is_beyond(&self, index: usize) -> bool {
         self.numbers(index).any(Exact::is_beyond)
     }
 
-    /// How much work there was on long numbers, in steps of elaboration.
+    /// The cost of arithmetic on long numbers, in steps of elaboration.
     pub fn folding(&self) -> u64 {
         self.folding
     }
@@ -328,8 +333,8 @@ impl Graph {
     }
 }
 
-/// Arithmetic on a number of so many bits takes about a step of elaboration.
+/// Arithmetic on a number of this many bits costs about one step of elaboration.
 const LONG_NUMBER: usize = 128;
 
-/// A sum of more terms is a term itself where it is added to: accumulating n terms stays linear.
+/// Longer sums are not merged into other sums but become one term: accumulating n terms stays linear.
 const LONGEST_SUM: usize = 32;

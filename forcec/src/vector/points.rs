@@ -1,15 +1,15 @@
-//! Points, and the differences of two of them, which are pinned.
+//! Points, and pinned differences of two points.
 //!
-//! In: the terms of a sum. Out: the same sum, in which points of opposite signs are paired off into nodes of their own.
-//! Promise: no pass regroups across such a node, so that far from the origin the difference of two positions is one
-//! subtraction.
+//! In: the terms of a sum. Out: the same sum, in which points of opposite signs are paired into difference
+//! nodes. Promise: no pass regroups across such a node, so that far from the origin the difference of two
+//! positions is one subtraction.
 
 use crate::math::exact::{Exact, collect};
 use crate::model::bodies::{Role, Slot};
 use crate::vector::{Graph, Node, Real, Vector};
 
 impl Graph {
-    /// The point a vector is: a position, or three entries of a parameter.
+    /// The slot of a vector that is a point: a position, or three entries of a parameter.
     pub(super) fn point(&self, v: Vector) -> Option<Slot> {
         match *self.vector_at(v) {
             Node::Triple(slot)
@@ -22,7 +22,7 @@ impl Graph {
         }
     }
 
-    /// Whether a real is an entry of an argument, as it is stored.
+    /// Whether a real is a stored argument entry.
     pub(super) fn is_entry(&self, x: Real) -> bool {
         match *self.at(x) {
             Node::Entry(_) => true,
@@ -31,7 +31,7 @@ impl Graph {
         }
     }
 
-    /// The axis and the point of which a real is an entry, if need be with a number added.
+    /// The axis and the point of a real that is an entry of a point, with or without an added number.
     fn entry_of_point(&self, x: Real) -> Option<(u8, Slot)> {
         match *self.at(x) {
             Node::Offset(entry, _) => self.entry_of_point(entry),
@@ -40,7 +40,8 @@ impl Graph {
         }
     }
 
-    /// Points with numbers added as points and numbers, where the sum has another point to subtract first.
+    /// Splits points with added numbers into points and numbers, if the sum has another point to subtract
+    /// first.
     pub(super) fn open_offsets(&self, terms: Vec<(Exact, Real)>, constant: &mut Exact) -> Vec<(Exact, Real)> {
         let meets = |(c, x): &(Exact, Real)| {
             let Some((axis, slot)) = self.entry_of_point(*x) else { return false };
@@ -63,7 +64,7 @@ impl Graph {
         collect(terms.iter().map(open).collect())
     }
 
-    /// The same for vectors.
+    /// Splits points with added constant vectors in the same way.
     pub(super) fn open_vector_offsets(&mut self, terms: Vec<(Exact, Vector)>) -> Vec<(Exact, Vector)> {
         let point = |graph: &Graph, v: Vector| match *graph.vector_at(v) {
             Node::VectorOffset(inner, _) => graph.point(inner),
@@ -93,13 +94,13 @@ impl Graph {
         collect(open)
     }
 
-    /// The numbers a vector is packed of, if it is packed of numbers alone.
+    /// The entries of a vector of numbers, if all entries are numbers.
     pub(super) fn place(&self, v: Vector) -> Option<[&Exact; 3]> {
         let Node::Pack([x, y, z]) = *self.vector_at(v) else { return None };
         Some([self.value(x)?, self.value(y)?, self.value(z)?])
     }
 
-    /// A point and a place as one pinned vector, if a sum is that.
+    /// The sum of a point and a constant vector as one pinned vector, if the sum has this form.
     pub(super) fn pin_place(&mut self, terms: &[(Exact, Vector)]) -> Option<Vector> {
         let [first, second] = terms else { return None };
         for ((c, v), (d, place)) in [(first, second), (second, first)] {
@@ -114,8 +115,9 @@ impl Graph {
         None
     }
 
-    /// Whether a sum has an entry of a point, or the length of a position along something, as a term. Such a sum is named
-    /// but stays open, so that the difference of two of them becomes a difference of the points.
+    /// Whether a sum has as a term an entry of a point, or the length of a position along a vector. Such a
+    /// sum is named but not bound by a let, so that the difference of two such sums becomes a difference of
+    /// the points.
     pub(super) fn holds_point(&self, sum: Real) -> bool {
         match self.at(sum) {
             Node::Offset(entry, _) => self.entry_of_point(*entry).is_some(),
@@ -145,7 +147,7 @@ impl Graph {
         collect(rest)
     }
 
-    /// Differences between entries of one axis of two points are pinned, as whole vectors are.
+    /// Pins differences between entries of two points on the same axis, as for whole vectors.
     pub(super) fn pin_components(&mut self, terms: Vec<(Exact, Real)>) -> Vec<(Exact, Real)> {
         for axis in 0..3 {
             let points: Vec<(Exact, Slot)> = terms
@@ -186,8 +188,8 @@ struct Paired {
     rest: Vec<(Exact, Slot)>,
 }
 
-/// Groups points of opposite coefficients into pinned differences, the greater slot first so that x_b − x_a and
-/// x_a − x_b are one node. What does not cancel stays.
+/// Groups points of opposite coefficients into pinned differences, the greater slot first, so that x_b − x_a
+/// and x_a − x_b are one node. Points without a partner remain terms.
 fn pair_points(points: &[(Exact, Slot)]) -> Paired {
     let mut paired = Paired { differences: Vec::new(), rest: points.to_vec() };
     loop {

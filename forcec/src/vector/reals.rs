@@ -1,7 +1,8 @@
-//! Reals: sums with like terms collected, products with powers merged, functions, choices.
+//! Reals: sums with like terms collected, products with powers merged, functions, selections.
 //!
-//! In: nodes. Out: the canonical node of an operation on them; on a verbatim graph the operation as it is written.
-//! Promise: the value stays, wherever it was defined and finite; what accumulates n terms or factors stays linear in n.
+//! In: operands. Out: the canonical node of an operation on them; in a verbatim graph, the operation as
+//! written. Promise: the value does not change wherever it was defined and finite; accumulating n terms or
+//! factors stays linear in n.
 
 use crate::math::exact::{Exact, collect};
 use crate::math::functions::Function;
@@ -9,7 +10,8 @@ use crate::model::bodies::Slot;
 use crate::vector::{Graph, LONGEST_SUM, Node, Real, Truth, identities};
 use std::collections::BTreeMap;
 
-/// A product of more factors is a factor itself where it is multiplied: the derivative of a chain stays linear.
+/// Longer products are not merged into other products but become one factor: the derivative of a chain stays
+/// linear.
 const LONGEST_PRODUCT: usize = 8;
 
 impl Graph {
@@ -28,7 +30,7 @@ impl Graph {
         self.constant(Exact::ONE)
     }
 
-    /// The number a node is, if it is one.
+    /// The value of a node that is a number.
     pub fn value(&self, real: Real) -> Option<&Exact> {
         match self.at(real) {
             Node::Constant(value) => Some(value),
@@ -41,7 +43,7 @@ impl Graph {
         self.value(real).is_some_and(Exact::is_zero)
     }
 
-    /// An entry of an argument, or the number that stands for it.
+    /// An argument entry, or the number that replaces the entry.
     pub fn entry(&mut self, slot: Slot) -> Real {
         if self.simplify
             && let Some(value) = self.signature.folded(slot)
@@ -51,7 +53,7 @@ impl Graph {
         self.real(Node::Entry(slot))
     }
 
-    /// A node as coefficient and rest: −2x is (−2, x).
+    /// Splits a node into coefficient and rest: −2x is (−2, x).
     pub fn split(&self, real: Real) -> (Exact, Real) {
         match self.at(real) {
             Node::Sum(constant, terms) if terms.len() == 1 && constant.is_zero() => terms[0].clone(),
@@ -94,9 +96,10 @@ impl Graph {
         }
     }
 
-    /// Whether a multiple of a sum is the sum of multiples without a rounding more. What a power of two multiplies keeps
-    /// its digits; any other number rounds each term, and where the terms cancel that is all that is left. Positions are
-    /// taken apart all the same, for they are subtracted from each other first.
+    /// Whether distributing a coefficient over a sum causes no further rounding. A power of two is exact; any
+    /// other coefficient rounds each term, and where the terms cancel, these rounding errors are all that
+    /// remains. Sums with positions are distributed in any case, because positions are subtracted from each
+    /// other first.
     fn distributes(&self, coefficient: &Exact, sum: Real) -> bool {
         let Node::Sum(constant, terms) = self.at(sum) else { return false };
         let is_multiple = terms.len() == 1 && constant.is_zero();
@@ -139,15 +142,15 @@ impl Graph {
             let c = self.value(rest).map_or(c.clone(), |value| &c * value);
             let raised = exponent.unsigned_abs() > 1 && self.value(rest).is_none();
             if c.is_zero() && exponent < 0 || raised && !c.power_stays(exponent.unsigned_abs()) {
-                // A division by a literal zero is left to IEEE arithmetic. A multiple whose number would leave the range
-                // is raised as a whole.
+                // IEEE arithmetic handles a division by a literal zero. A multiple whose coefficient would
+                // leave the range is raised to the power as a whole.
                 *powers.entry(factor).or_default() += i64::from(exponent);
                 continue;
             }
             coefficient = &coefficient * &c.powi(exponent);
             match self.at(rest) {
                 Node::Constant(_) => {}
-                // (s/r)ⁿ stays one: sⁿ and r⁻ⁿ may leave the range where their product does not.
+                // (s/r)ⁿ is not expanded: sⁿ and r⁻ⁿ may leave the range where their quotient does not.
                 Node::Product(inner) if inner.len() <= LONGEST_PRODUCT && exponent.abs() == 1 => {
                     let inner = inner.clone();
                     for (f, e) in inner {
@@ -179,7 +182,7 @@ impl Graph {
             if !c.is_one()
                 || !matches!(self.at(rest), Node::Dot(..) | Node::Entry(_) | Node::Let(_) | Node::Call(..))
             {
-                // Only an atom is put in the place of its root; a product or sum would have to be taken apart.
+                // Only an atom replaces its root; a product or sum would have to be expanded.
                 *powers.entry(root).or_default() += exponent - exponent % 2;
                 continue;
             }
@@ -198,7 +201,8 @@ impl Graph {
         self.scaled(coefficient, product)
     }
 
-    /// What a factor is: of a name whose square is wanted, what it is the name of, so that |v|² is v·v behind it too.
+    /// The node of a factor; for a let whose square is required, the bound node, so that |v|² is v·v through
+    /// names too.
     fn rooted(&self, factor: Real, exponent: i64) -> &Node {
         match *self.at(factor) {
             Node::Let(inner) if exponent > 0 => self.at(inner),
@@ -206,7 +210,8 @@ impl Graph {
         }
     }
 
-    /// q⁵ s r⁻² = q⁶ r⁻¹ for a base q = s r⁻¹: what a power of a product is differentiated to does not take it apart.
+    /// q⁵ s r⁻² = q⁶ r⁻¹ for a base q = s r⁻¹: differentiating a power of a product does not expand the
+    /// product.
     fn join_bases(&self, powers: &mut BTreeMap<Real, i64>, coefficient: &mut Exact) {
         let bases: Vec<Real> = powers.iter().filter(|(_, e)| **e != 0).map(|(f, _)| *f).collect();
         for base in bases {
@@ -233,7 +238,8 @@ impl Graph {
         }
     }
 
-    /// sinh x / cosh x = tanh x: what derivatives of tanh and of 1/sinh are made of must not be ∞ · 0 where x is large.
+    /// sinh x / cosh x = tanh x: the terms in derivatives of tanh and of 1/sinh must not be ∞ · 0 for large
+    /// x.
     pub(super) fn join_hyperbolic(&mut self, powers: &mut BTreeMap<Real, i64>) {
         let sines: Vec<(Real, i64)> = powers
             .iter()
@@ -281,7 +287,7 @@ impl Graph {
         self.real(Node::Call(function, arguments.into()))
     }
 
-    /// if the condition holds x, else y
+    /// if the condition is true x, else y
     pub fn select(&mut self, condition: Truth, x: Real, y: Real) -> Real {
         if self.simplify {
             match *self.truth_at(condition) {

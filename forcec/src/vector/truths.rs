@@ -1,15 +1,15 @@
-//! Truths: comparisons and what joins them, decided where both sides are numbers.
+//! Booleans: comparisons and logical operators, evaluated where the operands are constants.
 
 use crate::math::number::Comparison;
 use crate::vector::{Graph, Node, Real, Truth};
 
 impl Graph {
-    /// A known truth.
+    /// A boolean constant.
     pub fn known(&mut self, value: bool) -> Truth {
         self.truth(Node::Known(value))
     }
 
-    /// The truth a node is known to have.
+    /// The value of a node that is a boolean constant.
     pub fn truth_value(&self, truth: Truth) -> Option<bool> {
         match self.truth_at(truth) {
             Node::Known(value) => Some(*value),

@@ -1,7 +1,8 @@
-//! Vectors of three: sums, multiples, products, lengths, rotations.
+//! 3-vectors: sums, multiples, products, lengths, rotations.
 //!
-//! In: nodes. Out: the canonical node of an operation on them; on a verbatim graph the operation as it is written.
-//! Promise: signs, numbers and real factors move outward, so that vectors that differ by them share a node.
+//! In: operands. Out: the canonical node of an operation on them; in a verbatim graph, the operation as
+//! written. Promise: signs, numbers and real factors move outward, so that vectors that differ only by such
+//! factors share a node.
 
 use crate::math::exact::{Exact, collect};
 use crate::model::bodies::{Role, Slot};
@@ -9,8 +10,8 @@ use crate::vector::{Graph, LONGEST_SUM, Node, Real, Truth, Vector};
 use std::collections::BTreeMap;
 
 impl Graph {
-    /// Three consecutive entries of an argument. Numbers that stand for them are put in where they are lowered, so that
-    /// points stay points; but for zeros, which vanish.
+    /// Three consecutive argument entries. Numbers that replace the entries are inserted by the lowering, so
+    /// that points remain points; only zeros vanish here.
     pub fn triple(&mut self, slot: Slot) -> Vector {
         if self.is_known_zero(slot) {
             return self.zero_vector();
@@ -86,7 +87,7 @@ impl Graph {
         }
     }
 
-    /// A vector as coefficient and rest.
+    /// Splits a vector into coefficient and rest.
     pub fn split_vector(&self, v: Vector) -> (Exact, Vector) {
         match self.vector_at(v) {
             Node::VectorSum(terms) if terms.len() == 1 => terms[0].clone(),
@@ -94,7 +95,8 @@ impl Graph {
         }
     }
 
-    /// Σ coefficient · vector. Vectors that differ by a real factor are merged, differences of points pinned.
+    /// Σ coefficient · vector. Vectors that differ by a real factor are merged, and differences of points are
+    /// pinned.
     pub fn vector_sum(&mut self, terms: Vec<(Exact, Vector)>) -> Vector {
         if !self.simplify {
             return self.vector(Node::VectorSum(terms.into()));
@@ -123,7 +125,7 @@ impl Graph {
         }
     }
 
-    /// Whether a multiple of a sum is the sum of multiples without a rounding more, as for reals.
+    /// Whether distributing a coefficient over a sum causes no further rounding, as for reals.
     fn distributes_vector(&self, coefficient: &Exact, sum: Vector) -> bool {
         let Node::VectorSum(terms) = self.vector_at(sum) else { return false };
         let is_point = |(_, v): &(Exact, Vector)| self.point(*v).is_some();
@@ -166,7 +168,7 @@ impl Graph {
         collect(merged)
     }
 
-    /// Σ s tᵢ vᵢ as s and Σ tᵢ vᵢ, for the factors s that all terms share.
+    /// Splits Σ s tᵢ vᵢ into s and Σ tᵢ vᵢ, where s is the product of the factors common to all terms.
     pub fn split_scale(&mut self, v: Vector) -> (Real, Vector) {
         let terms = match self.vector_at(v) {
             Node::Scale(s, inner) => return (*s, *inner),
@@ -226,7 +228,7 @@ impl Graph {
         self.vector_sum(vec![(-Exact::ONE, v)])
     }
 
-    /// The difference of two positions, or two velocities, as its own node.
+    /// The difference of two positions, or of two velocities, as a pinned node.
     pub fn difference(&mut self, first: Slot, second: Slot) -> Vector {
         if self.is_known_zero(first) || self.is_known_zero(second) {
             let (first, second) = (self.triple(first), self.triple(second));
@@ -324,7 +326,7 @@ impl Graph {
                 if let Some(product) = self.determinant_of_product(p, x, y) {
                     return self.scaled(coefficient, product);
                 }
-                // ω·(r × f) instead of f·(ω × r): the product of an arm and a force is wanted anyway.
+                // ω·(r × f) instead of f·(ω × r): the product of an arm and a force is needed anyway.
                 if !self.is_velocity(p) && self.is_velocity(x) {
                     let cross = self.cross(y, p);
                     let product = self.dot(x, cross);
@@ -401,7 +403,7 @@ impl Graph {
         self.vector_sum(vec![(coefficient, rotated)])
     }
 
-    /// The product of stored unit quaternions as (x, y, z) and w; at least one of them.
+    /// The product of one or more stored unit quaternions as (x, y, z) and w.
     pub fn turn(&mut self, turn: &[(Slot, bool)]) -> (Vector, Real) {
         if let [(slot, inverse)] = *turn {
             let vector = self.triple(slot);
@@ -411,7 +413,7 @@ impl Graph {
         (self.vector(Node::TurnVector(turn.into())), self.real(Node::TurnReal(turn.into())))
     }
 
-    /// if the condition holds u, else v
+    /// if the condition is true u, else v
     pub fn vector_select(&mut self, condition: Truth, u: Vector, v: Vector) -> Vector {
         if self.simplify {
             match *self.truth_at(condition) {

@@ -1,4 +1,5 @@
-//! The back end: what it prints compiles without a warning, computes what the program means, and counts what it says.
+//! The back end: printed code compiles without a warning, computes the values of the program, and states its
+//! operation counts correctly.
 
 mod programs;
 mod prose;
@@ -58,7 +59,7 @@ fn run(folder: &Path, program: &str, arguments: &[&str]) -> String {
     text
 }
 
-/// Compares printed outputs, a line each, kernel by kernel in both precisions.
+/// Compares printed outputs, one per line, kernel by kernel in both precisions.
 fn compare(text: &str) {
     let mut lines = text.lines();
     for (name, program) in kernels() {
@@ -268,8 +269,8 @@ fn rust_compiles_without_a_warning_and_computes_the_same() {
     compare(&run(&folder, "./driver", &[]));
 }
 
-/// Counts operators and calls in the bodies of emitted functions, those in loops as often as these run, knowing nothing
-/// of how they were made.
+/// Counts operators and calls in the bodies of emitted functions, with loop bodies weighted by the number of
+/// iterations, independently of the code generator.
 fn recount(text: &str, freedoms: usize) -> Operations {
     let mut total = Operations::default();
     let mut outer = 1;
@@ -299,10 +300,10 @@ fn recount(text: &str, freedoms: usize) -> Operations {
         {
             continue;
         }
-        // An index is no operation.
+        // An index is not an operation.
         let line = line.replace("->", ".").replace("[i - ", "[").replace(".fill(", " ");
         let value = line.split_once(" = ").map_or(line.as_str(), |(_, value)| value);
-        // A sign after `if` is no subtraction.
+        // A sign after `if` is not a subtraction.
         let value = value.strip_prefix("if ").unwrap_or(value);
         let tokens: Vec<char> = value.chars().collect();
         for (i, token) in tokens.iter().enumerate() {

@@ -25,8 +25,8 @@ fn entry(argument: u16, field: u8, offset: u32) -> Slot {
     Slot { argument, field, offset }
 }
 
-/// Rows that loops write: ∂F/∂V of rank one, half of it the negative of the other half, by factors that are called like
-/// what runs in a loop; ∂F/∂X with negated rows between others, zeros in them.
+/// Rows written by loops: ∂F/∂V of rank one, half of the matrix the negative of the other half, with factors
+/// named like loop variables; ∂F/∂X with negated rows between other rows, and with zeros.
 pub(crate) fn rows() -> Program {
     let signature = Signature {
         bodies: vec![body("a", BodyKind::PARTICLE), body("b", BodyKind::PARTICLE)],

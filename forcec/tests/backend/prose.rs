@@ -1,4 +1,4 @@
-//! What an author writes in comments and calls a file, in kernels: no compiler refuses it, nor runs it.
+//! An author's comments and file names in kernels: accepted by every compiler and never executed.
 
 use forcec::internals::compile::{Request, compile};
 use forcec::internals::emit;
@@ -6,7 +6,7 @@ use forcec::internals::kernel::{File, Precision, Target};
 use forcec::internals::source::span::Source;
 use std::collections::BTreeSet;
 
-/// What targets print of a force file.
+/// The printed output of all targets for a force file.
 fn printed(stem: &str, text: &str, target: Target) -> String {
     let compiled = compile(&Source::new(format!("{stem}.rs"), text), &|_| true, Request::default());
     let compiled = compiled.unwrap_or_else(|errors| panic!("{errors}"));
@@ -31,14 +31,14 @@ fn comments_hold_what_can_be_seen() {
             c.is_control() && *c != '\n' || ('\u{200e}'..='\u{2069}').contains(c) && *c > '\u{2028}'
         };
         let odd: Vec<char> = printed.chars().filter(odd).collect();
-        // The name of a header is none of these: `forcec build` refuses the file.
+        // A name of a header cannot contain these characters: `forcec build` refuses the file.
         assert!(target == Target::C || odd.is_empty(), "{odd:?} in {printed}");
         assert!(printed.contains("A(U+202E) file of odd  letters."), "{printed}");
         assert!(printed.contains("One two (U+2066)three(U+2069)."), "{printed}");
     }
 }
 
-/// A lone carriage return in a comment is an error of Rust too, and named.
+/// A lone carriage return in a comment is an error in Rust too, and the message names the character.
 #[test]
 fn lone_carriage_returns_are_named() {
     for text in ["//! One\rtwo\n", "/// One\rtwo\n", "/** One\rtwo */\n"] {
@@ -49,7 +49,7 @@ fn lone_carriage_returns_are_named() {
     }
 }
 
-/// Nothing in the comments of a kernel is a program to rustdoc, and what is computed stands in a block of its own.
+/// Rustdoc sees no program in the comments of a kernel, and formulas are in a separate block.
 #[test]
 fn comments_are_no_programs() {
     let docs = [
@@ -84,7 +84,7 @@ fn comments_are_no_programs() {
     }
 }
 
-/// Headers of different names have different guards, which are macros that no name of a kernel is.
+/// Headers with different names have different guards, and no name of a kernel equals a guard macro.
 #[test]
 fn headers_have_guards_of_their_own() {
     let names = [

@@ -1,4 +1,4 @@
-//! Any text at all: nothing panics, hangs or overflows.
+//! Arbitrary text causes no panic, hang or overflow.
 
 use super::{PROGRAM, compile};
 use forcec::internals::check;
@@ -59,7 +59,8 @@ fn deep_and_long_inputs() {
     assert!(survives(&format!("#[energy]\nfn f(_a: Particle, w: [Real; 5000]) -> Real {{ {sums} }}\n")));
 }
 
-/// What is too large is refused at the loop or call that makes it so, before it takes time; what is nearly so is not.
+/// A program that is too large is refused at the loop or call that exceeds the limit, without a long run
+/// time; a slightly smaller program is accepted.
 #[test]
 fn budgets() {
     let started = std::time::Instant::now();

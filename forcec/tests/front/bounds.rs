@@ -1,4 +1,5 @@
-//! Constants beyond any bound, and what a precision does not hold: a right value, or a message at its place.
+//! Constants out of bounds, and values that a precision cannot represent: a correct value, or a message at
+//! the right place.
 
 use forcec::{Layout, Options, Precision};
 
@@ -10,7 +11,7 @@ fn kernel(text: &str, options: &Options) -> String {
     }
 }
 
-/// The error there is.
+/// The error message.
 fn refused(text: &str, options: &Options) -> String {
     match forcec::compile(text, options) {
         Ok(compiled) => panic!("{text}\n{compiled}"),
@@ -57,7 +58,8 @@ fn constants_fold_within_bounds() {
         let message = refused(&energy(beyond), &plain);
         assert!(message.contains("a constant is out of range") && message.contains("^"), "{message}");
     }
-    // A multiple is raised as a whole where its number would leave the range: in every precision, to any power.
+    // A scaled base is raised to the power as a whole if the power of the factor alone would leave the range:
+    // in every precision, for any exponent.
     for (number, power) in [("3.4e-10", 50), ("3.4e-10", 2147483647), ("0.5", 2147483647)] {
         let text = kernel(&energy(&format!("k * (a.position.x * {number}).powi({power})")), &single());
         assert!(text.contains(&format!("{number}f * a->position[0]")), "{text}");
@@ -77,7 +79,8 @@ fn weights_of_any_power_are_balanced() {
     };
     let weights =
         ["s.powi(4)", "4.0 * t * s.powi(3)", "6.0 * t * t * s * s", "4.0 * t.powi(3) * s", "t.powi(4)"];
-    // The weights add up to one: with a point of the world every position is subtracted from another first.
+    // The weights add up to one: with a point of the world, each position is first subtracted from another
+    // position.
     let text = kernel(&curve(weights, " - a.position"), &Options::default());
     assert!(text.contains("e_minus_a_x = e->position[0] - a_p_x"), "{text}");
     kernel(&curve(weights, ""), &Options::default());
@@ -108,7 +111,7 @@ fn a_set_step_is_prepared() {
 #[test]
 fn numbers_fit_their_precision() {
     let double = Options::default();
-    // Refused where they stand, and allowed where they fit.
+    // Constants are refused at their place, and allowed where the precision can represent them.
     for (body, place) in [
         ("(a.position.norm_squared() + 1e-30 * 1e-30).sqrt()", "^^^^^^^^^^^^^ 1e-60 is 0 as `f32`"),
         ("a.position.x / 1e-45", "^^^^^ its inverse 1e45 is infinite as `f32`"),
@@ -128,7 +131,7 @@ fn numbers_fit_their_precision() {
     assert!(message.contains("`k` is set to a number that does not fit `f32`"), "{message}");
     let set = Options { real: Precision::F64, ..set };
     assert!(forcec::compile(&energy("k * a.position.x"), &set).is_ok());
-    // Folded, and taken apart, where only the product is wanted.
+    // Folded where only the product is needed, and separated again.
     assert_eq!(coefficient("1e-60 * a.position.x * 1e30 * 1e25", &single()) as f32, 1e-5);
     for fma in [false, true] {
         let options = Options { fma, outputs: forcec::Part::chosen(["force"]).expect("a name"), ..single() };
@@ -138,7 +141,7 @@ fn numbers_fit_their_precision() {
     }
 }
 
-/// What is long but plain takes a moment; what is too long is refused at its place.
+/// A long but simple function compiles quickly; a function that is too long is refused at its place.
 #[test]
 fn long_inputs() {
     let started = std::time::Instant::now();
@@ -157,7 +160,7 @@ fn long_inputs() {
     let warnings = compiled.expect("it compiles").warnings;
     assert_eq!(warnings.list.len(), 19_999);
     assert!(warnings.to_string().contains(" --> forces.rs:20002:9"));
-    // Derivatives of a chain of norms are longer than any program wants.
+    // Derivatives of a chain of norms exceed the size limit of a program.
     for (count, fits) in [(4, true), (100, false)] {
         let chain = format!(
             "let mut v = a.position; for _i in 0..{count} {{ v = v - v * v.norm() * 0.1 + q * v; }} v.x"

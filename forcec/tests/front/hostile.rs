@@ -1,7 +1,8 @@
-//! Damaged and random inputs with random options, one after another: no panic, no hang, no flood of memory.
+//! Damaged and random inputs with random options, one after another: no panic, no hang, no excessive memory
+//! use.
 //!
-//! A few thousand run with the other tests. `FORCEC_INPUTS=1000000 FORCEC_COMPILED=10000 FORCEC_SEED=7` runs a million
-//! through the front end and ten thousand through the whole compiler.
+//! A few thousand inputs run with the other tests. `FORCEC_INPUTS=1000000 FORCEC_COMPILED=10000
+//! FORCEC_SEED=7` runs a million inputs through the front end and ten thousand through the whole compiler.
 
 #[path = "../../../tests/src/any_options.rs"]
 mod any_options;
@@ -15,13 +16,13 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// What an input may take.
+/// Time limit for one input.
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// What all of them together may take at once, in kB.
+/// Memory limit of the process, in kB.
 const MEMORY: u64 = 2_000_000;
 
-/// What stands for a number now and then.
+/// Texts that sometimes replace a number.
 const NUMBERS: [&str; 18] = [
     "0.0",
     "1.0",
@@ -43,7 +44,7 @@ const NUMBERS: [&str; 18] = [
     "9007199254740993.0",
 ];
 
-/// Lines that are put in now and then, `x` a name that is there.
+/// Lines that are sometimes inserted, with `x` replaced by an existing name.
 const LINES: [&str; 10] = [
     "let mut z = 1.1; for _i in 0..30 { z = z * z; }",
     "let mut w = 0.1; for _i in 0..2000 { w = w / 3.0 + 1.0 / 7.0; }",
@@ -82,7 +83,7 @@ fn corpus() -> Vec<String> {
         paths.sort();
         for path in paths {
             let text = std::fs::read_to_string(path).expect("a force file");
-            // Items end with a line that is a lone bracket, or one that ends with a semicolon.
+            // Items end with a line that is a single bracket, or with a line that ends with a semicolon.
             let (mut items, mut item) = (Vec::new(), String::new());
             for line in text.lines() {
                 item.push_str(line);
@@ -115,7 +116,7 @@ fn tokens(text: &str) -> Vec<&str> {
     tokens
 }
 
-/// An input: a force function with at most so many edits, parts of two, or anything.
+/// An input: a force function with at most `edits` edits, parts of two functions, or random text.
 fn input(corpus: &[String], edits: usize, random: &mut Random) -> String {
     let (first, second) = (&corpus[random.below(corpus.len())], &corpus[random.below(corpus.len())]);
     if edits > 2 && random.below(50) == 0 {
@@ -125,7 +126,7 @@ fn input(corpus: &[String], edits: usize, random: &mut Random) -> String {
     let (mut tokens, others) = (tokens(first), tokens(second));
     for _ in 0..random.below(edits + 1) {
         let (at, from) = (random.below(tokens.len()), random.below(others.len()));
-        // What is to be compiled keeps its words, and gets other numbers and lines.
+        // An input to be compiled keeps its words, and gets other numbers and lines.
         match random.below(9).max(if edits > 2 { 0 } else { 5 }) {
             0 => tokens[at] = tokens[random.below(tokens.len())],
             1 => tokens.insert(at, others[from]),
@@ -154,7 +155,7 @@ fn input(corpus: &[String], edits: usize, random: &mut Random) -> String {
     tokens.concat()
 }
 
-/// The most memory this process ever held, in kB, where the system says.
+/// The peak memory of this process in kB, where the system reports it.
 fn most_memory() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -170,7 +171,7 @@ fn hostile_inputs() {
     let (inputs, compiled) = (wanted("FORCEC_INPUTS", 4000), wanted("FORCEC_COMPILED", 150));
     let corpus = corpus();
     assert!(corpus.len() > 150);
-    // What is worked on, and since when: in milliseconds from the start, 0 for nothing.
+    // The current input, and its start time: in milliseconds from the start of the test, 0 for no input.
     let (current, since, started) = (Mutex::new(String::new()), AtomicU64::new(0), Instant::now());
     let now = || started.elapsed().as_millis() as u64 + 1;
     let (mut faults, mut slowest, mut passed) = (Vec::new(), (Duration::ZERO, String::new()), 0);
@@ -184,13 +185,13 @@ fn hostile_inputs() {
                 let (hangs, floods) =
                     (begun > 0 && now() - begun > 3 * LONGEST.as_millis() as u64, most_memory() > MEMORY);
                 if hangs || floods {
-                    // Nothing ends a thread from outside.
+                    // A thread cannot be stopped from outside.
                     eprintln!("hangs: {hangs}, floods: {floods}\n{}", current.lock().expect("a text"));
                     std::process::exit(101);
                 }
             }
         });
-        // A thread keeps the texts it has parsed.
+        // A thread keeps all texts that the thread has parsed.
         let all = inputs + compiled;
         (0..all).step_by(1000).for_each(|first| {
             syntax::with_deep_stack(|| {

@@ -1,4 +1,4 @@
-//! What is right means the same on both graphs.
+//! Valid programs mean the same on both graphs.
 
 use super::values::{agreed, zero};
 use super::{PROGRAM, accepted};

@@ -1,4 +1,4 @@
-//! What is wrong, or deserves a look, gets its message.
+//! Errors and suspicious code give the right message.
 //!
 //! A wrong input is a file `tests/wrong/NAME.rs` with its message in `NAME.stderr`; `FORCEC_BLESS=1` writes messages.
 
@@ -105,7 +105,7 @@ fn a_warning_says_how_often_it_was_met() {
     assert!(told.contains("^ the length has no derivative where the vector is zero (6 times)\n"), "{told}");
 }
 
-/// The place of each expression is an expression, with all of its brackets.
+/// The source range of each expression is a complete expression, with all of its brackets.
 #[test]
 fn places_keep_their_brackets() {
     let brackets = "const TWO: Real = (2.0);\n#[energy]\nfn f(a: Particle, (k): Real, v: Vec3, t: (Real, Vec3), m: [Real; (2)]) -> Real {\n    \

@@ -1,4 +1,4 @@
-//! Values of graphs at made-up arguments: whether what was simplified still means what was written.
+//! Values of graphs at made-up arguments: whether simplified expressions equal the written expressions.
 
 use super::{accepted, compile};
 use forcec::Specialization;
@@ -7,7 +7,7 @@ use forcec::internals::math::number::Comparison;
 use forcec::internals::vector::definition::{Definition, Law, Row};
 use forcec::internals::vector::{Graph, Node};
 
-/// A number between −1 and 1 that depends on its place only.
+/// A number between −1 and 1 that depends only on the position of the argument.
 fn noise(seed: u64) -> f64 {
     let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(0x1234_5678_9abc_def1);
     x ^= x >> 31;
@@ -163,7 +163,7 @@ pub(crate) fn agreed(text: &str) -> Vec<Vec<f64>> {
     first
 }
 
-/// Every row is zero, whatever the arguments: what `left` and `right` are is the same.
+/// Asserts that every row is zero for all arguments: `left` equals `right`.
 pub(crate) fn zero(arguments: &str, rows: &[(&str, &str)]) {
     for (left, right) in rows {
         for kind in ["Real", "Vec2", "Vec3", "Vec4"] {

@@ -1,5 +1,5 @@
-//! The whole covering array: `cargo run --release -p forcec-tests --bin sweep`, or with a part of the names of functions behind
-//! it. What fails is printed, and its folder below `target/sweep` stays.
+//! The whole covering array: `cargo run --release -p forcec-tests --bin sweep`, optionally followed by a part
+//! of the names of functions. Failures are printed, and their folders below `target/sweep` stay.
 
 use forcec_tests::sweep::{failures, rows, subjects};
 use std::process::ExitCode;

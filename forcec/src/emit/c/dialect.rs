@@ -1,4 +1,4 @@
-//! How C spells statements.
+//! C syntax of statements.
 //!
 //! In: statements of a kernel. Out: lines of C99 of at most 100 columns.
 
@@ -24,18 +24,18 @@ pub(crate) fn literal(value: &Exact, precision: Precision) -> String {
     }
 }
 
-/// Zeros of an array are not written for themselves where they take more lines than this.
+/// If zeroing single entries of an array takes more lines than this, the whole array is cleared.
 const FEW: usize = 40;
 
-/// What C's spelling depends on.
+/// The context that C syntax depends on.
 pub(crate) struct C<'a> {
     signature: &'a Signature,
     pub(crate) names: Arguments,
     pub(crate) precision: Precision,
     lanes: usize,
-    /// The struct of the results; none where they are added to what the caller has.
+    /// The struct of the results; `None` if results are added to the caller's values.
     pub(crate) results: Option<String>,
-    /// The fields of what is prepared, if the statements compute that.
+    /// The fields of the prepared values, if the statements compute them.
     pub(crate) prepared: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ impl C<'_> {
         }
     }
 
-    /// The same runs of columns in each of some rows become zero in every instance.
+    /// Sets the same runs of columns in each of some rows to zero, in every instance.
     fn zeros_of_several(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         let zero = self.literal(&Exact::ZERO);
         let each = |index: &str, range: &Range<usize>| {
@@ -101,7 +101,7 @@ impl C<'_> {
         vec![format!("{left} {by}"), format!("    {c}"), format!("        ? {x}"), format!("        : {y};")]
     }
 
-    /// A loop on one line if that is short enough.
+    /// A loop, on one line if it fits.
     fn body(each: String, statement: String) -> Vec<String> {
         if each.len() + 1 + statement.len() <= WIDTH {
             return vec![format!("{each} {statement}")];
@@ -109,7 +109,7 @@ impl C<'_> {
         vec![each, format!("    {statement}")]
     }
 
-    /// The same runs of columns in each of some rows become zero.
+    /// Sets the same runs of columns in each of some rows to zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         const CHAIN: usize = 4;
         if self.lanes > 1 {
@@ -137,7 +137,7 @@ impl C<'_> {
         });
         let places: Vec<String> = entries.map(|output| self.place(output)).collect();
         let chain = if width > 1 { width.min(CHAIN) } else { CHAIN };
-        // A line never mixes rows, unless each has but one entry.
+        // A line never mixes rows, unless each row has only one entry.
         let lines =
             places.chunks(if width > 1 { width } else { places.len() }).flat_map(|row| row.chunks(chain));
         lines.flat_map(|line| C::assign(&line.join(" = "), &zero)).collect()
@@ -191,11 +191,13 @@ impl Dialect for C<'_> {
     fn zero(&self, part: Part, rows: &[(usize, Vec<Range<usize>>)], first: bool) -> Vec<String> {
         let whole = 0..part.shape(self.signature).1;
         let lines = |(rows, runs): (Range<usize>, &[Range<usize>])| {
-            // gcc stores a whole row wide, and then what is not zero; it stores none wide when zeros stand among them.
+            // gcc stores a whole row wide and then the nonzero entries; with zeros in between it makes no
+            // wide stores.
             self.zeros(part, &rows, if first { from_ref(&whole) } else { runs })
         };
         let lines: Vec<String> = together(rows).into_iter().flat_map(lines).collect();
-        // Zeros all over an array take gcc minutes one by one, and a loop that clears all of it is as fast.
+        // Scattered single zeros cost gcc minutes of compile time, and a loop that clears the whole array is
+        // as fast.
         if first || lines.len() <= FEW {
             return lines;
         }

@@ -1,7 +1,7 @@
-//! C99: one header and one source for a force file, and `forcec.h` for all.
+//! C99: a header and a source for each force file, and the common header `forcec.h`.
 //!
-//! In: a [`File`]. Out: text that compiles without a warning as C99, with headers that C++ reads too; its only
-//! dependency is `<math.h>`.
+//! In: a [`File`]. Out: code that compiles without warnings as C99, with headers that are valid C++ too; the
+//! only dependency is `<math.h>`.
 
 mod dialect;
 mod prepare;
@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
-/// Keeps the parts of long kernels apart: compilers would put functions that are called once together again.
+/// Keeps the parts of long kernels separate: compilers would inline functions that are called once.
 const APART: &str = "
 /* Long kernels are split into parts because compile time grows faster than linearly. */
 #if defined(__GNUC__)
@@ -39,13 +39,14 @@ const APART: &str = "
 #endif
 ";
 
-/// What the header says of results that are added to the caller's.
+/// The comment in the header on results that are added to the caller's values.
 const ADDED: [&str; 2] = [
     "The results are added to what these point to: row by row, entries that are not always zero.",
     "No two may overlap, nor may one overlap an argument.",
 ];
 
-/// A longer statement continues on the next line: 100 columns without the indentation of a function's body.
+/// The line width: longer statements continue on the next line. 100 columns minus the indentation of a
+/// function body.
 const WIDTH: usize = 96;
 
 fn real(precision: Precision) -> &'static str {
@@ -55,17 +56,17 @@ fn real(precision: Precision) -> &'static str {
     }
 }
 
-/// The extent of an array of so many instances.
+/// The array extent for the given number of instances.
 fn extent(lanes: usize) -> String {
     if lanes > 1 { format!("[{lanes}]") } else { String::new() }
 }
 
-/// What stands behind the name of a body type of so many instances.
+/// The suffix of a body type for the given number of instances.
 fn several_suffix(lanes: usize) -> String {
     if lanes > 1 { format!("x{lanes}") } else { String::new() }
 }
 
-/// `forcec.h`: bodies, constants and special functions, in both precisions.
+/// The text of `forcec.h`: bodies, constants and special functions, in both precisions.
 pub fn header_common() -> String {
     let mut text =
         format!("/*\n * {COMMON}\n */\n#ifndef FORCEC_H\n#define FORCEC_H\n\n#include <math.h>\n\n");
@@ -96,7 +97,7 @@ pub fn header_common() -> String {
             ));
         }
         for function in Function::ALL {
-            // What `<math.h>` has is called there.
+            // Functions in `<math.h>` are called from there.
             let own = function.row().c.starts_with("forcec_");
             if let Some(routine) = routine(function, precision).filter(|_| own) {
                 text.push_str(&special(function, &routine, precision));
@@ -139,7 +140,7 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
     text
 }
 
-/// The header of a force file: parameter and output structs, and what to call.
+/// The header of a force file: parameter and output structs, and function declarations.
 pub fn header(file: &File) -> String {
     let guard = guard(&file.name());
     let mut text = comment(&file_remark(file), "");
@@ -155,8 +156,8 @@ pub fn header(file: &File) -> String {
     text
 }
 
-/// The macro that guards a header: no two names have one together. What is neither a lower-case letter nor a digit or `_`
-/// is written by its bytes, and small letters are in these alone.
+/// The include guard of a header. Different names have different guards: any byte other than a lower-case
+/// letter, a digit or `_` is written in hexadecimal, and only these escapes contain lower-case letters.
 fn guard(name: &str) -> String {
     let letter = |byte: u8| match byte {
         b'a'..=b'z' | b'0'..=b'9' | b'_' => char::from(byte.to_ascii_uppercase()).to_string(),
@@ -165,7 +166,7 @@ fn guard(name: &str) -> String {
     format!("FORCEC_{}_H", name.bytes().map(letter).collect::<String>())
 }
 
-/// A kernel's function or one of its structs.
+/// The name of a kernel's function or of one of its structs.
 fn named(kernel: &Kernel, part: &str, precision: Precision) -> String {
     kernel_name(&kernel.name, Target::C, &format!("{part}_{precision}"))
 }
@@ -207,7 +208,7 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
     text
 }
 
-/// The struct of parameters, or of what a kernel is prepared with.
+/// The struct of parameters, or the struct of prepared values.
 fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> String {
     if !signature.has_given() {
         return String::new();
@@ -224,7 +225,7 @@ fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> S
     text + &format!("}} {};\n\n", named(kernel, &format!("_{}", names.given), precision))
 }
 
-/// What a reader of the header is told of the results.
+/// The comment in the header on where the results are stored.
 fn where_results_stand(kernel: &Kernel) -> Vec<String> {
     let mut lines = kernel.packing.as_ref().map_or(Vec::new(), |packing| packing.remarks.clone());
     if kernel.schedule.adds {
@@ -233,8 +234,8 @@ fn where_results_stand(kernel: &Kernel) -> Vec<String> {
     lines
 }
 
-/// What can be tested of a layout while compiling: which matrices are stored as their upper triangle; where the entries
-/// of a packed kernel stand.
+/// Constants that a caller can check at compile time: which matrices are stored as their upper triangle, and
+/// where the entries of a packed kernel are stored.
 fn tables(kernel: &Kernel, precision: Precision) -> String {
     let Some(packing) = &kernel.packing else { return String::new() };
     match kernel.layout.row().place {
@@ -275,8 +276,8 @@ fn extents(ty: &ParameterType) -> String {
     ty.extents().iter().map(|n| format!("[{n}]")).collect()
 }
 
-/// The head of the function; in its definition the arguments of several instances are told not to overlap, which C++ has no
-/// word for.
+/// The function head. In the definition, the arguments of a kernel of several instances are `restrict`, a
+/// keyword that C++ lacks.
 fn prototype(kernel: &Kernel, precision: Precision, defines: bool) -> String {
     let signature = &kernel.schedule.signature;
     let (several, star) = (several_suffix(kernel.lanes), star(kernel, defines));
@@ -295,17 +296,17 @@ fn prototype(kernel: &Kernel, precision: Precision, defines: bool) -> String {
     wrapped(&format!("void {}(", named(kernel, "", precision)), &arguments, ")")
 }
 
-/// What stands between the type and the name of an argument.
+/// The text between the type and the name of an argument.
 fn star(kernel: &Kernel, defines: bool) -> &'static str {
     if defines && kernel.lanes > 1 { "*restrict " } else { "*" }
 }
 
-/// What stands before the type of the results: pointers to what they are added to stay as they are.
+/// The qualifier before the result type: pointers to values that results are added to are `const`.
 fn added(kernel: &Kernel) -> &'static str {
     if kernel.schedule.adds { "const " } else { "" }
 }
 
-/// The declaration of an extra argument; a lone one is the same for all instances.
+/// The declaration of an extra argument; a scalar is the same for all instances.
 fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
     let real = real(precision);
     match extra.ty.extents().as_slice() {
@@ -376,7 +377,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     }
     let sections = schedule.sections();
     if kernel.lanes > 1 {
-        // Compilers make wide instructions of a loop without loops in it.
+        // Compilers vectorise a loop that contains no inner loop.
         let (zeros, rest) = lane_loop(schedule);
         text.push_str(&body(&dialect, schedule, zeros, "    "));
         if acts(&rest) {
@@ -405,7 +406,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
     once + &text
 }
 
-/// The name of the struct through which the parts of a long kernel hand on values.
+/// The name of the struct through which the parts of a long kernel share values.
 fn shared(kernel: &Kernel, precision: Precision) -> String {
     format!("{}_shared", named(kernel, "", precision))
 }
@@ -415,7 +416,7 @@ fn part_name(kernel: &Kernel, precision: Precision, index: usize, section: &Sect
     format!("{}_{part}_{}", named(kernel, "", precision), index + 1)
 }
 
-/// An argument of a part of a long kernel, as it is declared.
+/// The declaration of an argument of a part of a long kernel.
 fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
     match *needed {
         Needed::Body(body, name) => format!("const {}_{precision} *{name}", body.kind.row().c_name),
@@ -429,13 +430,13 @@ fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
     }
 }
 
-/// What stands before a long kernel: the struct of the values that its parts hand on, and the parts.
+/// The definitions before a long kernel: the struct of the values that its parts share, and the parts.
 fn parts(kernel: &Kernel, sections: &[Section], dialect: &C) -> String {
     let schedule = &kernel.schedule;
     let precision = dialect.precision;
     let whole = named(kernel, "", precision);
     let mut text = String::new();
-    // C has no struct without fields.
+    // C does not allow a struct without fields.
     if sections.iter().any(Section::shares) {
         text.push_str(&format!("/* What parts of {whole} hand on to later ones. */\ntypedef struct {{\n"));
         for name in sections.iter().flat_map(|section| &section.hands_on) {
@@ -496,7 +497,7 @@ fn comment(lines: &[String], indent: &str) -> String {
     text
 }
 
-/// Text that can stand in a comment.
+/// Text that is safe inside a comment.
 fn escape(text: &str) -> String {
     visible(text).replace("*/", "* /").replace("/*", "/ *").replace("??/", "? ?/")
 }

@@ -1,6 +1,7 @@
-//! What a kernel computes once, as a function of C.
+//! The C function that computes a kernel's prepared values.
 //!
-//! In: a kernel that is prepared. Out: a function from its parameters to the struct that it reads at every call.
+//! In: a kernel with prepared values. Out: a function that maps its parameters to the struct that every call
+//! reads.
 
 use crate::emit::body;
 use crate::emit::c::dialect::C;
@@ -8,7 +9,7 @@ use crate::emit::c::{comment, named, star, wrapped};
 use crate::kernel::{Kernel, Precision};
 use crate::names::{Arguments, Target};
 
-/// The head of the function.
+/// The function head.
 pub(crate) fn head(kernel: &Kernel, precision: Precision, defines: bool) -> String {
     let star = star(kernel, defines);
     let arguments = [
@@ -18,7 +19,7 @@ pub(crate) fn head(kernel: &Kernel, precision: Precision, defines: bool) -> Stri
     wrapped(&format!("void {}(", named(kernel, "_prepare", precision)), &arguments, ")")
 }
 
-/// The function with its comment; nothing for a kernel that is not prepared.
+/// The function with its comment; empty for a kernel without prepared values.
 pub(crate) fn definition(kernel: &Kernel, precision: Precision) -> String {
     let Some(once) = kernel.once() else { return String::new() };
     let schedule = &once.schedule;
@@ -50,7 +51,7 @@ pub(crate) fn definition(kernel: &Kernel, precision: Precision) -> String {
     text + "}\n\n"
 }
 
-/// A parameter as it is, entry by entry.
+/// Copies a parameter unchanged, entry by entry.
 fn copy(extents: &[u32], field: &str, source: &str) -> Vec<String> {
     let indices: Vec<String> = (0..extents.len()).map(|depth| format!("i{depth}")).collect();
     let place: String = indices.iter().map(|index| format!("[{index}]")).collect();

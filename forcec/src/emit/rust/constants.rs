@@ -1,6 +1,7 @@
-//! The constants of a kernel's module: what a program may want to know of it.
+//! The constants of a kernel's module.
 //!
-//! In: a kernel. Out: names, sizes, operations, which entries are always zero, where entries of the results stand.
+//! In: a kernel. Out: names, sizes, operation counts, which entries are always zero, where entries of the
+//! results are stored.
 
 use crate::emit::rust::dialect::list;
 use crate::emit::rust::{INDENT, WIDTH};
@@ -10,7 +11,7 @@ use crate::names::{Arguments, Target};
 use crate::scalar::Operations;
 use crate::schedule::{Part, Statement};
 
-/// What a program may want to know of a kernel: names, sizes, operations, which entries are always zero.
+/// The constants of a kernel: names, sizes, operation counts, which entries are always zero.
 pub(crate) fn constants(kernel: &Kernel) -> String {
     let schedule = &kernel.schedule;
     let signature = &schedule.signature;
@@ -53,7 +54,7 @@ pub(crate) fn constants(kernel: &Kernel) -> String {
     let mut text = String::new();
     let mut constant = |summary: &str, declared: &str, value: &str| {
         let line = format!("    pub const {declared} = {value};");
-        // A value of one line stands below where it does not fit beside.
+        // A one-line value moves to the next line if it does not fit after the declaration.
         let fits = line.lines().next().is_some_and(|line| line.chars().count() <= WIDTH);
         let space = if fits { " " } else { "\n        " };
         text.push_str(&format!("\n    /// {summary}\n    pub const {declared} ={space}{value};\n"));
@@ -115,7 +116,7 @@ pub(crate) fn constants(kernel: &Kernel) -> String {
     text
 }
 
-/// Operations as a list.
+/// Operation counts as a list.
 fn counts_of(count: &Operations) -> String {
     let counts = [count.add, count.mul, count.div, count.sqrt, count.call, count.neg];
     list(&counts.map(|count| count.to_string()), INDENT)

@@ -1,6 +1,6 @@
-//! How Rust spells statements, as rustfmt would set them.
+//! Rust syntax of statements, formatted like rustfmt.
 //!
-//! In: statements of a kernel, numbers, lists. Out: lines of at most 100 columns that clippy has nothing to say about.
+//! In: statements of a kernel, numbers, lists. Out: lines of at most 100 columns that pass clippy.
 
 use crate::emit::rust::WIDTH;
 use crate::emit::{decimal, lane, slot_path, spelled, template};
@@ -14,7 +14,7 @@ use crate::schedule::{Output, Part, Variable};
 use std::f64::consts;
 use std::ops::Range;
 
-/// The constants of the standard library.
+/// The mathematical constants of the standard library.
 const CONSTANTS: [(f64, &str); 19] = [
     (consts::E, "E"),
     (consts::FRAC_1_PI, "FRAC_1_PI"),
@@ -37,10 +37,11 @@ const CONSTANTS: [(f64, &str); 19] = [
     (consts::TAU, "TAU"),
 ];
 
-/// Further numbers that clippy wants written as constants.
+/// Further numbers that clippy reports as approximate constants.
 const FURTHER: [f64; 2] = [1.618_033_988_749_895, 0.577_215_664_901_532_9];
 
-/// A positive number. One that clippy would take for a constant is that constant, or else its bits.
+/// A positive number. A number that clippy takes for a known constant is written as that constant, or else as
+/// its bits.
 fn positive(value: &Exact, precision: Precision) -> String {
     let Some(text) = decimal(value, precision) else {
         return format!("{precision}::INFINITY");
@@ -63,16 +64,16 @@ fn positive(value: &Exact, precision: Precision) -> String {
     text
 }
 
-/// How Rust spells statements, as rustfmt would set them at this indentation.
+/// The context that Rust syntax depends on, formatted like rustfmt at this indentation.
 pub(crate) struct Rust<'a> {
     signature: &'a Signature,
     pub(crate) names: Arguments,
     pub(crate) precision: Precision,
     indent: usize,
     lanes: usize,
-    /// Whether results are added to what the caller has.
+    /// Whether results are added to the caller's values.
     pub(crate) adds: bool,
-    /// The fields of what is prepared, if the statements compute that.
+    /// The fields of the prepared values, if the statements compute them.
     pub(crate) prepared: Vec<String>,
 }
 
@@ -99,14 +100,15 @@ impl Rust<'_> {
         self.set(left, "=", value)
     }
 
-    /// A temporary; with its type where it is made of numbers alone, of which rustc would not know it.
+    /// The declaration of a temporary; typed if its value contains only numbers, because rustc could not
+    /// infer the type.
     fn declare(&self, variable: &Variable, bare: bool) -> String {
         let ty = if bare { format!(": {}", self.precision) } else { String::new() };
         format!("let {}{ty}", variable.name)
     }
 
-    /// A fused multiplication and addition as rustfmt breaks it, within it those that are arguments; none where it stays on
-    /// one line.
+    /// The lines of a fused multiply-add that rustfmt breaks, including nested ones; `None` if the call fits
+    /// on one line.
     fn broken(&self, value: &str) -> Option<Vec<String>> {
         /// rustfmt's `fn_call_width`.
         const CALL: usize = 60;
@@ -155,11 +157,11 @@ impl Rust<'_> {
         ]
     }
 
-    /// The same runs of columns in each of some rows become zero.
+    /// Sets the same runs of columns in each of some rows to zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         let (height, width) = part.shape(self.signature);
         let zero = if self.lanes > 1 { format!("[0.0; {}]", self.lanes) } else { "0.0".to_owned() };
-        // An entry, some entries or all entries of a place of so many reals become zero.
+        // Sets one entry, some entries or all `count` entries of an array to zero.
         let fill = |place: &str, whole: &str, count: usize, range: &Range<usize>| match range.len() {
             length if length == count && count > 1 => format!("{whole} = [{zero}; {count}];"),
             1 => format!("{place}[{}] = {zero};", range.start),
@@ -268,7 +270,7 @@ impl Dialect for Rust<'_> {
     }
 }
 
-/// The arguments between the parentheses of one call; none if these are not those of one.
+/// The arguments between the parentheses of a call; `None` if `inside` is not the inside of a single call.
 fn arguments(inside: &str) -> Option<Vec<&str>> {
     let (mut depth, mut start, mut found) = (0, 0, Vec::new());
     for (at, c) in inside.char_indices() {
@@ -287,7 +289,7 @@ fn arguments(inside: &str) -> Option<Vec<&str>> {
     Some(found)
 }
 
-/// An array as rustfmt would set it as the value of a constant or a variable.
+/// An array formatted like rustfmt formats the value of a constant or a variable.
 pub(crate) fn list(items: &[String], indent: &str) -> String {
     /// rustfmt's `array_width`.
     const ARRAY: usize = 60;
@@ -306,7 +308,7 @@ pub(crate) fn list(items: &[String], indent: &str) -> String {
     } else {
         let mut line = String::new();
         for (index, item) in items.iter().enumerate() {
-            // A space follows every item but the last.
+            // A space follows every item except the last.
             let end = if index + 1 == items.len() { " ,".len() } else { " , ".len() };
             if !line.is_empty() && inner.len() + width(&line) + width(item) + end > WIDTH {
                 text.push_str(&format!("{inner}{line}\n"));

@@ -1,8 +1,8 @@
-//! Rust: one file for a force file, with a module a kernel and precision.
+//! Rust: one file for each force file, with one module per kernel and precision.
 //!
-//! In: a [`File`]. Out: text that rustc, rustfmt and clippy accept as it stands: no `unsafe`, no lint silenced but that on many
-//! arguments, every public item documented. A kernel's module reads bodies through `super` and by index only, so that any
-//! struct with indexable fields serves.
+//! In: a [`File`]. Out: code that rustc, rustfmt and clippy accept unchanged: no `unsafe`, no silenced lint
+//! except `too_many_arguments`, and documentation on every public item. A kernel's module reads bodies
+//! through `super` and by index only, so that any struct with indexable fields can replace them.
 
 mod constants;
 mod dialect;
@@ -25,14 +25,14 @@ use constants::constants;
 use dialect::Rust;
 use std::collections::BTreeSet;
 
-/// The width rustfmt breaks lines at.
+/// The line width of rustfmt.
 const WIDTH: usize = 100;
 
-/// As many arguments as clippy lets a function have, and what a function with more says.
+/// The largest number of arguments that clippy accepts, and the attribute of a function with more arguments.
 const FEW: usize = 7;
 const MANY: &str = "    #[allow(clippy::too_many_arguments, reason = \"they are what a step takes\")]\n";
 
-/// What stands in a module is indented by this.
+/// The indentation of items in a module.
 const INDENT: &str = "    ";
 
 /// The whole file: body types, then the kernels.
@@ -61,7 +61,7 @@ pub fn module(file: &File) -> String {
     text
 }
 
-/// A body type.
+/// The definition of a body type.
 pub(crate) fn body_type(row: &BodyRow, precision: Precision, lanes: usize) -> String {
     let entries = |length| format!("[{}; {length}]", number(precision, lanes));
     let fields = row.fields.iter();
@@ -149,7 +149,7 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text
 }
 
-/// The struct of parameters, or of what a kernel is prepared with.
+/// The struct of parameters, or the struct of prepared values.
 fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> String {
     if !signature.has_given() {
         return String::new();
@@ -169,12 +169,12 @@ fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> S
     format!("\n{}", structure(type_of(&names), summary, fields.collect(), short, INDENT))
 }
 
-/// The type of the argument that holds parameters.
+/// The type of the argument for parameters.
 fn type_of(names: &Arguments) -> &'static str {
     if names.given == "prepared" { "Prepared" } else { "Params" }
 }
 
-/// What a kernel computes once, as a function; nothing for a kernel that is not prepared.
+/// The function that computes a kernel's prepared values; empty for a kernel without prepared values.
 fn prepare(kernel: &Kernel, precision: Precision) -> String {
     let Some(once) = kernel.once() else { return String::new() };
     let schedule = &once.schedule;
@@ -204,7 +204,7 @@ fn prepare(kernel: &Kernel, precision: Precision) -> String {
     text + "    }\n"
 }
 
-/// The struct of the results; what they are added to is borrowed.
+/// The struct of the results; values that results are added to are borrowed.
 fn output(kernel: &Kernel, precision: Precision) -> String {
     let schedule = &kernel.schedule;
     let signature = &schedule.signature;
@@ -238,7 +238,7 @@ fn results(kernel: &Kernel) -> &'static str {
     if kernel.schedule.adds { "&mut Output<'_>" } else { "&mut Output" }
 }
 
-/// An argument of a part of a long kernel, as it is declared.
+/// The declaration of an argument of a part of a long kernel.
 fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
     match *needed {
         Needed::Body(body, name) => format!("{name}: &{}", body.kind.row().name),
@@ -258,7 +258,7 @@ fn part_name(kernel: &Kernel, index: usize, section: &Section) -> String {
     format!("{}_{}", names.result(section.part), index + 1)
 }
 
-/// What stands before a long kernel: the struct of the values that its parts hand on, and the parts.
+/// The definitions before a long kernel: the struct of the values that its parts share, and the parts.
 fn parts(kernel: &Kernel, sections: &[Section], dialect: &Rust) -> String {
     let schedule = &kernel.schedule;
     let space = "        ";
@@ -318,8 +318,8 @@ fn documentation(kernel: &Kernel, precision: Precision) -> String {
     lines.iter().map(|line| format!("{}\n", format!("/// {line}").trim_end())).collect()
 }
 
-/// A doc comment as rustdoc takes it for text: a block of code is none that it would compile and run, and one that its author
-/// left open is closed.
+/// A doc comment that is safe for rustdoc: code blocks that rustdoc would compile and run become text blocks,
+/// and an unclosed code block is closed.
 fn prose(docs: &[String]) -> Vec<String> {
     let mut lines = Vec::new();
     let mut open: Option<String> = None;
@@ -345,7 +345,7 @@ fn prose(docs: &[String]) -> Vec<String> {
                     if is_code(info) { "text" } else { info }
                 ));
             }
-            // Four spaces would begin a block of code.
+            // Four spaces would begin a code block.
             None => lines.push(format!("{}{text}", " ".repeat(indent.min(3)))),
         }
     }
@@ -353,7 +353,7 @@ fn prose(docs: &[String]) -> Vec<String> {
     lines
 }
 
-/// Whether rustdoc takes a block with this behind its fence for Rust.
+/// Whether rustdoc takes a code block with this info string for Rust.
 fn is_code(info: &str) -> bool {
     let words =
         ["rust", "should_panic", "no_run", "compile_fail", "test_harness", "standalone_crate", "custom"];
@@ -378,7 +378,7 @@ fn imports(signature: &Signature, precision: Precision, lanes: usize) -> String 
     }
 }
 
-/// A documented struct; `derives` says whether the standard library knows the default of its arrays.
+/// A documented struct; `derives` is true if the standard library implements `Default` for its arrays.
 fn structure(
     name: &str,
     summary: &str,
@@ -422,7 +422,7 @@ fn structure(
         .collect()
 }
 
-/// A number of each of so many instances.
+/// The type of a number: one value per instance.
 fn number(precision: Precision, lanes: usize) -> String {
     if lanes > 1 { format!("[{precision}; {lanes}]") } else { precision.to_string() }
 }
@@ -431,7 +431,7 @@ fn array(ty: &ParameterType, precision: Precision, lanes: usize) -> String {
     ty.extents().iter().rev().fold(number(precision, lanes), |inner, n| format!("[{inner}; {n}]"))
 }
 
-/// The declaration of an extra argument; a lone one is the same for all instances.
+/// The declaration of an extra argument; a scalar is the same for all instances.
 fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
     let (borrowed, lanes) = if extra.ty == ParameterType::Real { ("", 1) } else { ("&", lanes) };
     format!("{name}: {borrowed}{}", array(&extra.ty, precision, lanes))
@@ -459,7 +459,7 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
     format!("{many}{}", head("pub fn evaluate", &arguments))
 }
 
-/// The head of a function of a module.
+/// The head of a function in a module.
 fn head(name: &str, arguments: &[String]) -> String {
     let line = format!("    {name}({}) {{", arguments.join(", "));
     if line.len() <= WIDTH {

@@ -1,4 +1,4 @@
-//! A crate without the standard library that forbids what is unused.
+//! A crate without the standard library that forbids unused code.
 
 #![no_std]
 #![forbid(unused)]
