@@ -21,7 +21,7 @@ struct Arguments {
 enum Command {
     /// Steps a scene and reports on a line.
     Run(Options),
-    /// Time of a simulated second against error at the end, a curve an integrator, beside peers.
+    /// Run time per simulated second against the final error, one curve per integrator, compared with peers.
     WorkPrecision(work_precision::Options),
     /// Times every kernel in every mode against its error.
     Modes {

@@ -8,7 +8,7 @@ use plotters::drawing::IntoDrawingArea;
 use plotters::style::{BLACK, Color, WHITE};
 use std::ops::Range;
 
-/// Message of the panic if drawing into a string fails.
+/// Panic message of an `expect` on drawing into a string.
 pub(crate) const DRAWN: &str = "a string to draw into";
 
 /// A chart whose axes are both logarithmic.

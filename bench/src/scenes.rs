@@ -180,7 +180,7 @@ pub fn box_inertia(mass: f64, half: [f64; 3]) -> Vec3 {
     Vec3::new(y + z, x + z, x + y)
 }
 
-/// Critical damping, N·s/m, of a joint between bodies with total inverse mass `compliance`, 1/kg.
+/// Critical damping, N·s/m, of a joint between bodies with total inverse mass `mobility`, 1/kg.
 pub fn critical_damping(stiffness: f64, mobility: f64) -> f64 {
     2.0 * (stiffness / mobility).sqrt()
 }

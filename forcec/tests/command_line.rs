@@ -953,8 +953,8 @@ fn what_is_known_is_no_argument() {
         assert_has(&refused(&format!("--set {wrong}")), &["is not NAME=NUMBER or NAME=[NUMBER, …]"]);
     }
     assert!(place.files("never").is_empty());
-    // A parameter with the name of a layout input can be set; a value outside the domain of the parameter
-    // causes a warning.
+    // If a parameter has the name of a layout input, `--set` sets the parameter; a value outside the domain of
+    // the parameter causes a warning.
     let march = "#[energy]\n#[domain(step = 0.5..2.0)]\npub fn march(p: Particle, step: Real) -> Real {\n    step * p.position.norm_squared()\n}\n";
     place.write("march.rs", march);
     let built = place.succeeds("build march.rs --out m --layout system --set step=-3");

@@ -17,7 +17,8 @@ fn block<'a>(readme: &'a str, language: &str) -> &'a str {
     rest.split_once("```").expect("the block ends").0
 }
 
-/// Runs the commands of an example's README in a folder, with this forcec first on the path, and compares what is printed.
+/// Runs the commands of an example's README in a folder, with this forcec first on the path, and compares the
+/// output.
 fn follow(name: &str, folder: &Path) {
     let readme = std::fs::read_to_string(root().join("examples").join(name).join("README.md")).unwrap();
     let own = Path::new(env!("CARGO_BIN_EXE_forcec")).parent().unwrap();

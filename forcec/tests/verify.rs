@@ -300,7 +300,7 @@ fn logarithm() -> Sample {
     })
 }
 
-/// cos |x|, which is smooth at the origin, and a one-sided row beside a two-branched one.
+/// cos |x|, which is smooth at the origin, and a one-sided row together with a two-branched row.
 fn ripple() -> Sample {
     sample("ripple", &[BodyKind::PARTICLE; 2], &[("depth", REAL)], |g| {
         let (a, b) = (position(g, 0), position(g, 1));

@@ -171,8 +171,8 @@ fn generalised_alpha_keeps_energy() {
     assert!(alpha < 0.2 * sdirk);
 }
 
-/// A swing far faster than the steps keeps a factor of 0.6 per step; over more steps it decays with the
-/// square of the number of steps.
+/// An oscillation far faster than the steps decays by a factor of 0.6 per step, apart from a factor that is a
+/// power of the number of steps.
 #[test]
 fn generalised_alpha_damps_the_fastest() {
     #[energy]

@@ -163,7 +163,7 @@ fn a_squared_length_is_smooth_behind_a_name() {
     });
 }
 
-/// Code that adds a number to an input at several places gets one common sum.
+/// The sum of an input and a number becomes one node, an offset, in expressions of every form.
 #[test]
 fn inputs_and_numbers_are_pinned() {
     let texts = [

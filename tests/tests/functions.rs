@@ -20,8 +20,8 @@ const POINTS: [f64; 25] = [
     0.5, 0.77, 0.9999, 1.0, 1.6, 3.7, 12.3, 47.1, 90.1,
 ];
 
-/// Whether the function belongs to a family whose argument is a squared length, a restriction missing from
-/// the table.
+/// Whether the first argument is a squared length, as in the two families; the function table does not state
+/// this restriction.
 fn is_family(function: Function) -> bool {
     matches!(function, Function::CosSqrt(_) | Function::AngleRatio(_))
 }

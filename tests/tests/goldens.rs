@@ -1,7 +1,8 @@
 //! The output of every stage for small force files, as snapshots.
 //!
 //! An input is a file `tests/golden/NAME.rs` that shows one behaviour; its first line says which stages are worth a
-//! look: `// stages: graph, derivative, c`, its second may name a layout, lanes and `prepare`. The name of a pass of the optimiser stands for the scalar graph after it.
+//! look: `// stages: graph, derivative, c`, its second may name a layout, lanes and `prepare`. The name of an
+//! optimiser pass means the scalar graph after the pass.
 //! Adding a case is adding a file. After a change that is meant:
 //!
 //! ```text

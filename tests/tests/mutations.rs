@@ -130,7 +130,7 @@ fn by_tokens(random: &mut Random, text: &str, other: &str) -> String {
     tokens.concat()
 }
 
-/// The text after a few edits of bytes, what is not UTF-8 any more replaced.
+/// The text after a few edits of bytes, with invalid UTF-8 replaced.
 fn by_bytes(random: &mut Random, text: &str) -> String {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..=random.below(4) {

@@ -302,7 +302,7 @@ fn bits_apart(
         if original.iter().all(|x| x.is_finite()) {
             compared += 1;
             let largest = original.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            // Adding zero makes −0 a 0: a sign is no digit.
+            // Adding zero turns −0 into 0, because the sign of zero is ignored.
             let same = |x: &f64, y: &f64| match own {
                 true => (x - y).abs() <= 32.0 * f64::EPSILON * largest,
                 false => (x + 0.0).to_bits() == (y + 0.0).to_bits(),

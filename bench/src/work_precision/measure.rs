@@ -43,7 +43,7 @@ pub struct Point {
     pub step: f64,
     /// The error.
     pub error: f64,
-    /// Fraction of discarded steps.
+    /// Number of discarded steps, and of all steps.
     pub rejected: (usize, usize),
     /// Usability of the point.
     pub state: State,
@@ -189,7 +189,7 @@ impl Known {
         let own = distance(&coarse, &fine);
         known.text =
             format!("{:?} at {second:e} s, {own:.1e} m from one at {first:e} s", reference.integrator);
-        // Engines with rigid joints use a separate reference, because stiff joints are only an approximation.
+        // An engine with rigid joints gives a more accurate reference than stiff joints.
         let theirs: Vec<&Row> = peers
             .iter()
             .filter(|row| Some(row.scene.as_str()) == problem.peers && row.is_reference())

@@ -163,7 +163,7 @@ pub(crate) fn everything() -> Program {
         outputs.push(value);
         products.push((Exact::ONE, g.mul(value, axis[2])));
     }
-    // Within products a few at a time: there is no room for each by itself.
+    // A few at a time within products, because separate terms would take too much space.
     for few in products.chunks(4) {
         outputs.push(g.sum(Exact::ZERO, few.to_vec()));
     }
