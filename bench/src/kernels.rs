@@ -164,7 +164,7 @@ pub fn measure(plan: &Plan, folder: &Path) -> Vec<Row> {
     let answer = run(Command::new(folder.join("driver")).arg("states").arg(plan.rounds.to_string()), folder);
     let mut rows = Vec::new();
     for (index, (_, stages, makers)) in kernels.iter().enumerate() {
-        let values = |what: &str, place: usize| told(&answer, &format!("{what} {index} {place} "));
+        let values = |what: &str, place: usize| reported(&answer, &format!("{what} {index} {place} "));
         let times: Vec<Vec<f64>> = (0..makers.len()).map(|place| values("time", place)).collect();
         for (place, maker) in makers.iter().enumerate() {
             let right = !times[place].is_empty();
@@ -287,7 +287,7 @@ pub(crate) fn run(command: &mut Command, folder: &Path) -> String {
 }
 
 /// The numbers that a driver prints after the prefix `head`, one number per line.
-pub(crate) fn told(answer: &str, head: &str) -> Vec<f64> {
+pub(crate) fn reported(answer: &str, head: &str) -> Vec<f64> {
     let values = answer.lines().filter_map(|line| line.strip_prefix(head));
     values.map(|value| value.parse().expect("a number of the driver")).collect()
 }

@@ -6,7 +6,7 @@
 //! memory order and calls the kernel at each state.
 
 use crate::kernels::{
-    CLOCK, FLAGS, RUST_FLAGS, STATES, Spread, arguments, bytes, interleaved, printable, run, told,
+    CLOCK, FLAGS, RUST_FLAGS, STATES, Spread, arguments, bytes, interleaved, printable, reported, run,
 };
 use crate::{compile_all, library};
 use forcec::internals::compile::{Request, Stages, compile};
@@ -137,7 +137,7 @@ pub fn measure(kernel: &str, rounds: usize, folder: &Path) -> Vec<Row> {
     run(gcc.arg("-O2").arg("driver.c").args(&objects).args(libraries), folder);
     let answer = run(Command::new("./driver").arg(rounds.to_string()), folder);
     let times = |place: usize| -> Vec<f64> {
-        told(&answer, &format!("{place} ")).into_iter().map(|time| time / STATES as f64).collect()
+        reported(&answer, &format!("{place} ")).into_iter().map(|time| time / STATES as f64).collect()
     };
     let hand = times(0);
     let row = |(place, (variant, maker)): (usize, (&'static str, &'static str))| {

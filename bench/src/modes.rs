@@ -9,7 +9,7 @@ mod plot;
 
 pub use plot::plot;
 
-use crate::kernels::{CLOCK, STATES, Spread, arguments, bytes, interleaved, run, told};
+use crate::kernels::{CLOCK, STATES, Spread, arguments, bytes, interleaved, reported, run};
 use crate::library;
 use forcec::internals::compile::{Request, Stages, compile};
 use forcec::internals::kernel::{File, Precision};
@@ -140,7 +140,7 @@ pub fn measure(only: &[&str], rounds: usize, folder: &Path) -> Vec<Point> {
     run(gcc.args(["-O2", "driver.c"]).args(&objects).args(["-lm", "-o", "driver"]), folder);
     let answer = run(Command::new("./driver").arg(rounds.to_string()), folder);
     let times = |number: usize, kernel: usize| -> Vec<f64> {
-        let all = told(&answer, &format!("{number} {kernel} "));
+        let all = reported(&answer, &format!("{number} {kernel} "));
         all.into_iter().map(|time| time / STATES as f64).collect()
     };
 

@@ -73,7 +73,7 @@ fn all(
     let mut blocks = vec![("work-setting".to_owned(), format!("```text\n{setting}```\n"))];
     let mut all = Vec::new();
     for problem in chosen {
-        let measured = measure(problem, &peers, options.quick, options.budget * problem.dear);
+        let measured = measure(problem, &peers, options.quick, options.budget * problem.cost_factor);
         let mut text = tables::table(problem, &measured);
         say(&format!("{}: {}\n\n{text}", problem.name, problem.about));
         let name = problem.name;

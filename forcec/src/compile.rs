@@ -15,7 +15,7 @@ pub use crate::options::Request;
 use crate::options::plan::Mode;
 use crate::options::specialize::{Specialization, remarks};
 use crate::options::{Choice, suggestion};
-use crate::scalar::{Program, Step};
+use crate::scalar::{PassReport, Program};
 use crate::schedule::{Schedule, Style, schedule};
 use crate::show::formula::{Dialect, Formulas};
 use crate::source::diagnostic::{Diagnostic, Diagnostics};
@@ -61,7 +61,7 @@ pub struct Stages {
     /// How its derivatives are formulated.
     pub formulation: Formulation,
     /// The state of the kernel after lowering and after each pass.
-    pub report: Vec<Step>,
+    pub report: Vec<PassReport>,
     /// Statements in order, ready to be printed.
     pub kernel: Kernel,
     /// The time for compiling, from the checked function to statements.

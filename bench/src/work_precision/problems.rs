@@ -18,7 +18,7 @@ pub struct Problem {
     /// Name of the equivalent scene of the peers, if any.
     pub peers: Option<&'static str>,
     /// Factor on the allowed run time compared with other problems.
-    pub dear: f64,
+    pub cost_factor: f64,
     /// The measured error.
     pub judged: Judged,
 }
@@ -79,7 +79,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || c10(1e6),
         copies: 1,
         peers: None,
-        dear: 1.0,
+        cost_factor: 1.0,
         judged: end(|_| c10(1e6), Integrator::Rodas4, [1e-4, 5e-5]),
     },
     Problem {
@@ -88,7 +88,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || c10(1e8),
         copies: 1,
         peers: None,
-        dear: 1.0,
+        cost_factor: 1.0,
         judged: end(|_| c10(1e8), Integrator::Rodas4, [1e-4, 5e-5]),
     },
     Problem {
@@ -97,7 +97,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || robots(25, 1e6, true),
         copies: 25,
         peers: Some("ben25"),
-        dear: 1.0,
+        cost_factor: 1.0,
         judged: end(rigid_robot, Integrator::Rodas4, [2e-4, 1e-4]),
     },
     Problem {
@@ -106,7 +106,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || robots(25, 1e7, true),
         copies: 25,
         peers: Some("ben25"),
-        dear: 1.0,
+        cost_factor: 1.0,
         judged: end(rigid_robot, Integrator::Rodas4, [2e-4, 1e-4]),
     },
     Problem {
@@ -115,7 +115,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || robots(25, 1e7, false),
         copies: 25,
         peers: Some("ben25-free"),
-        dear: 1.0,
+        cost_factor: 1.0,
         judged: Judged::Energy,
     },
     Problem {
@@ -124,7 +124,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: t_handle,
         copies: 1,
         peers: None,
-        dear: 1.0,
+        cost_factor: 1.0,
         judged: Judged::End(Reference {
             make: |_| t_handle(),
             integrator: Integrator::RungeKutta4,
@@ -138,7 +138,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: falling,
         copies: 1,
         peers: None,
-        dear: 6.0,
+        cost_factor: 6.0,
         judged: end(|_| falling(), Integrator::RungeKutta4, [4e-4, 2e-4]),
     },
     Problem {
@@ -147,7 +147,7 @@ pub static PROBLEMS: [Problem; 8] = [
         make: || bar([20, 4, 4]),
         copies: 1,
         peers: None,
-        dear: 1.0,
+        cost_factor: 1.0,
         judged: end(|_| bar([20, 4, 4]), Integrator::RungeKutta4, [4e-4, 2e-4]),
     },
 ];

@@ -107,11 +107,11 @@ fn check_here(file: &File, known: &[Specialization], mut wanted: Vec<bool>) -> R
         }
         let outcome = forces::define(&program, &names.recursive, index, Graph::new, &known[index]);
         in_vain += if outcome.definition.is_none() { outcome.steps } else { 0 };
-        let told = |diagnostic: &Diagnostic| {
+        let shown = |diagnostic: &Diagnostic| {
             let allowed = diagnostic.lint.is_some_and(|lint| function.allowed.contains(&lint));
             diagnostic.severity == Severity::Error || wanted[index] && !allowed
         };
-        diagnostics.extend(outcome.diagnostics.into_iter().filter(told));
+        diagnostics.extend(outcome.diagnostics.into_iter().filter(shown));
         definitions.extend(outcome.definition);
     }
     for definition in &mut definitions {

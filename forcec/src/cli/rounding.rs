@@ -54,8 +54,8 @@ pub(super) fn table(kernels: &[&Kernel]) -> String {
         let mut row =
             vec![line.kernel, line.precision.name().to_owned(), line.groups[0].part.name().to_owned()];
         for group in &line.groups {
-            let told = group.states > group.unbounded;
-            row.extend([group.bound, group.observed].map(|x| if told { upward(x) } else { "-".to_owned() }));
+            let shown = group.states > group.unbounded;
+            row.extend([group.bound, group.observed].map(|x| if shown { upward(x) } else { "-".to_owned() }));
         }
         let quotient = line.groups.iter().map(|group| group.quotient).fold(0.0, f64::max);
         row.push(format!("{quotient:.2}"));

@@ -26,12 +26,12 @@ pub struct Matrix {
     /// u, v
     pub outer: Vec<(Vector, Vector)>,
     /// s′, k′ and R
-    pub turned: Option<Turned>,
+    pub turned: Option<RotatedBlock>,
 }
 
 /// `(s I + [k]×) R` for a product of stored rotations, each inverted or not, at least one.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Turned {
+pub struct RotatedBlock {
     /// s
     pub identity: Real,
     /// k
@@ -40,7 +40,7 @@ pub struct Turned {
     pub rotations: Vec<(Slot, bool)>,
 }
 
-impl Turned {
+impl RotatedBlock {
     /// R⁻¹ v
     fn unrotate(&self, g: &mut Graph, v: Vector) -> Vector {
         self.rotations.iter().fold(v, |v, (slot, inverse)| g.rotate(*slot, !inverse, v))
@@ -104,7 +104,7 @@ impl Matrix {
     /// Σ coefficient · matrix
     pub fn sum(g: &mut Graph, terms: &[(Exact, &Matrix)]) -> Matrix {
         let mut outer = Vec::new();
-        let mut turned: Vec<(Exact, &Turned)> = Vec::new();
+        let mut turned: Vec<(Exact, &RotatedBlock)> = Vec::new();
         for (c, m) in terms {
             for &(u, v) in &m.outer {
                 outer.push((u, g.vector_sum(vec![(c.clone(), v)])));
@@ -224,9 +224,9 @@ impl Matrix {
 }
 
 /// A turned part, or `None` if it is zero.
-fn part(g: &Graph, identity: Real, skew: Vector, rotations: Vec<(Slot, bool)>) -> Option<Turned> {
+fn part(g: &Graph, identity: Real, skew: Vector, rotations: Vec<(Slot, bool)>) -> Option<RotatedBlock> {
     let zero = g.is_zero(identity) && g.is_zero_vector(skew);
-    (!zero).then_some(Turned { identity, skew, rotations })
+    (!zero).then_some(RotatedBlock { identity, skew, rotations })
 }
 
 /// `terms` does not split sums of more terms.

@@ -26,7 +26,7 @@ pub enum Variable {
     Difference(Slot, Slot),
     /// An orientation.
     Rotation(Slot),
-    /// Pose and velocity moved together by a time step: an index into [`Lie::steps`].
+    /// Pose and velocity moved together by a time step: an index into [`TangentDerivatives::steps`].
     Step(u16),
 }
 
@@ -45,11 +45,11 @@ pub enum Derivative {
 }
 
 /// A graph with a cache of derivatives.
-pub struct Lie {
+pub struct TangentDerivatives {
     /// The graph; derivatives are nodes of the graph.
     pub graph: Graph,
     /// Differences that are variables; they do not change when one of their points is a variable.
-    pub frontier: BTreeSet<(Slot, Slot)>,
+    pub difference_variables: BTreeSet<(Slot, Slot)>,
     memo: FxHashMap<(u32, Variable), Derivative>,
     /// Rows that were formed backward.
     rows: FxHashMap<Real, BTreeMap<Variable, Vector>>,
@@ -62,27 +62,39 @@ pub struct Lie {
     /// The step h, if an output needs it.
     pub step: Option<Real>,
     /// Maps an input to an earlier node whose derivatives the input has.
-    pub stand: BTreeMap<u32, u32>,
+    pub substituted: BTreeMap<u32, u32>,
 }
 
 /// The limit on nodes that rows are formed backward through: a chain of n factors passes each factor n times.
 const BACKWARD_STEPS: usize = 20_000;
 
-impl Lie {
+impl TangentDerivatives {
     /// Creates an empty cache.
-    pub fn new(graph: Graph, frontier: BTreeSet<(Slot, Slot)>) -> Lie {
+    pub fn new(graph: Graph, difference_variables: BTreeSet<(Slot, Slot)>) -> TangentDerivatives {
         let backward = if graph.formulation.backward { BACKWARD_STEPS } else { 0 };
         let signature = &graph.signature;
-        let mut variables: Vec<Variable> =
-            frontier.iter().map(|(first, second)| Variable::Difference(*first, *second)).collect();
+        let mut variables: Vec<Variable> = difference_variables
+            .iter()
+            .map(|(first, second)| Variable::Difference(*first, *second))
+            .collect();
         for block in signature.pose_blocks().into_iter().chain(signature.velocity_blocks()) {
             variables
                 .extend(signature.body_slot(block.body, block.role).map(|slot| variable(slot, block.role)));
         }
         variables.sort();
         let (memo, rows) = (FxHashMap::default(), FxHashMap::default());
-        let (steps, stand) = (Vec::new(), BTreeMap::new());
-        Lie { graph, frontier, memo, rows, variables, backward, steps, step: None, stand }
+        let (steps, substituted) = (Vec::new(), BTreeMap::new());
+        TangentDerivatives {
+            graph,
+            difference_variables,
+            memo,
+            rows,
+            variables,
+            backward,
+            steps,
+            step: None,
+            substituted,
+        }
     }
 
     /// The derivative of a real, as a row.
@@ -120,7 +132,7 @@ impl Lie {
                 continue;
             }
             open.extend(self.graph.node(index as usize).operands());
-            open.extend(self.stand.get(&index));
+            open.extend(self.substituted.get(&index));
         }
         for index in missing {
             let derivative = self.derive(index, variable);
@@ -129,14 +141,15 @@ impl Lie {
     }
 
     fn derive(&mut self, index: u32, variable: Variable) -> Derivative {
-        if let Some(other) = self.stand.get(&index) {
+        if let Some(other) = self.substituted.get(&index) {
             return self.memo[&(*other, variable)].clone();
         }
         let node = self.graph.node(index as usize).clone();
         if let Variable::Step(step) = variable {
             match node {
                 Node::Entry(_) | Node::TurnReal(_) => {
-                    let row = self.along_step(step, |lie, moved| lie.derive_real(index, &node, moved));
+                    let row =
+                        self.along_step(step, |tangent, moved| tangent.derive_real(index, &node, moved));
                     return Derivative::Row(row);
                 }
                 Node::Triple(_) | Node::Difference(..) | Node::TurnVector(_) => {
@@ -174,7 +187,11 @@ impl Lie {
     }
 
     /// A row along a time step, from the rows along pose and velocity.
-    fn along_step(&mut self, step: u16, mut row: impl FnMut(&mut Lie, Variable) -> Vector) -> Vector {
+    fn along_step(
+        &mut self,
+        step: u16,
+        mut row: impl FnMut(&mut TangentDerivatives, Variable) -> Vector,
+    ) -> Vector {
         let [pose, velocity] = self.steps[step as usize];
         let mut rows = Vec::new();
         if let (Some(pose), Some(h)) = (pose, self.step) {
@@ -224,7 +241,7 @@ impl Lie {
             }
             Node::TurnReal(turn) => {
                 let mut rows = Vec::new();
-                for turned in Turned::places(turn, variable) {
+                for turned in RotatedArm::places(turn, variable) {
                     let (u, _) = self.graph.turn(turn);
                     rows.push((-&turned.coefficient, turned.unrotate(&mut self.graph, u)));
                 }
@@ -297,7 +314,7 @@ impl Lie {
             },
             Node::Difference(first, second) => match variable {
                 Variable::Difference(p, q) if (p, q) == (*first, *second) => self.unit(Exact::ONE),
-                Variable::Triple(_) if self.frontier.contains(&(*first, *second)) => {
+                Variable::Triple(_) if self.difference_variables.contains(&(*first, *second)) => {
                     Matrix::zero(&mut self.graph)
                 }
                 Variable::Triple(moved) if moved == *first => self.unit(Exact::ONE),
@@ -361,7 +378,7 @@ impl Lie {
             }
             Node::TurnVector(turn) => {
                 let mut parts = Vec::new();
-                for turned in Turned::places(turn, variable) {
+                for turned in RotatedArm::places(turn, variable) {
                     let (u, w) = self.graph.turn(turn);
                     parts.push((turned.coefficient.clone(), turned.matrix(&mut self.graph, u, w)));
                 }
@@ -402,9 +419,9 @@ impl Lie {
             let rows = gradient(self, &[(factor, one)], &[], &variables);
             self.rows.insert(factor, rows);
         }
-        let row = |lie: &mut Lie, variable: Variable| {
-            let row = lie.rows[&factor].get(&variable).copied();
-            row.unwrap_or_else(|| lie.graph.zero_vector())
+        let row = |tangent: &mut TangentDerivatives, variable: Variable| {
+            let row = tangent.rows[&factor].get(&variable).copied();
+            row.unwrap_or_else(|| tangent.graph.zero_vector())
         };
         match variable {
             Variable::Step(step) => self.along_step(step, row),
@@ -480,7 +497,7 @@ fn variable(slot: Slot, role: Role) -> Variable {
 
 /// A factor of a product of quaternions q that turns by δθ, s = R δθ: D q = c (0, s) q; with `right`, c q (0,
 /// s).
-pub(super) struct Turned {
+pub(super) struct RotatedArm {
     /// c, ½ or −½
     pub(super) coefficient: Exact,
     /// The factors of R, left to right.
@@ -488,10 +505,10 @@ pub(super) struct Turned {
     right: bool,
 }
 
-impl Turned {
+impl RotatedArm {
     /// Every factor of the product that turns with the variable. A factor f changes by ½ δθ f, its inverse by
     /// −½ f⁻¹ δθ; δθ is moved to the nearer end of the product.
-    pub(super) fn places(turn: &[(Slot, bool)], variable: Variable) -> Vec<Turned> {
+    pub(super) fn places(turn: &[(Slot, bool)], variable: Variable) -> Vec<RotatedArm> {
         let mut places = Vec::new();
         for (k, &(slot, inverse)) in turn.iter().enumerate() {
             if variable == Variable::Rotation(slot) {
@@ -503,7 +520,7 @@ impl Turned {
                 } else {
                     before.to_vec()
                 };
-                places.push(Turned { coefficient, rotations, right });
+                places.push(RotatedArm { coefficient, rotations, right });
             }
         }
         places
@@ -526,7 +543,7 @@ impl Turned {
         g.vector_add(along, across)
     }
 
-    /// The transpose of [`Turned::vector_part`] in s: w p ± u × p.
+    /// The transpose of [`RotatedArm::vector_part`] in s: w p ± u × p.
     pub(super) fn transposed(&self, g: &mut Graph, p: Vector, u: Vector, w: Real) -> Vector {
         let along = g.scale(w, p);
         let across = if self.right { g.cross(p, u) } else { g.cross(u, p) };
@@ -539,7 +556,7 @@ impl Turned {
         if self.rotations.is_empty() {
             return Matrix::skew(g, w, skew);
         }
-        let turned = block::Turned { identity: w, skew, rotations: self.rotations.clone() };
+        let turned = block::RotatedBlock { identity: w, skew, rotations: self.rotations.clone() };
         Matrix { turned: Some(turned), ..Matrix::zero(g) }
     }
 }

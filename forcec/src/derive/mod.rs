@@ -14,7 +14,7 @@ pub mod partials;
 pub mod rate;
 pub mod reverse;
 
-use crate::derive::forward::{Lie, Variable};
+use crate::derive::forward::{TangentDerivatives, Variable};
 use crate::derive::reverse::gradient;
 use crate::math::exact::Exact;
 use crate::model::bodies::{Block, Role, Slot};
@@ -30,7 +30,7 @@ pub type Combination<T> = Vec<(Exact, T)>;
 /// The forces of a kernel and the variables of their derivatives.
 pub struct Derived {
     /// The graph, with derivatives computed on demand.
-    pub lie: Lie,
+    pub tangent: TangentDerivatives,
     /// Forces per block of the pose.
     pub forces: Vec<(Block, Combination<Vector>)>,
     /// h F per block if an output needs the step h; the same as `forces` if they contain h, or without h.
@@ -81,7 +81,7 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
     };
     let step = time.filter(|_| !wanted.iter().any(bare));
     // λ, and the given multipliers that replace λ.
-    let (mut multipliers, mut held) = (Vec::new(), Held::default());
+    let (mut multipliers, mut held) = (Vec::new(), FixedMultipliers::default());
     match &definition.law {
         Law::Constraint { rows: constraint, unilateral, per_row } => {
             let gains = Gains { first: bodies.parameters.len() - 2, per_row: *per_row, step };
@@ -156,7 +156,7 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
             }
         }
     }
-    let frontier = frontier(
+    let difference_variables = difference_variables(
         &graph,
         reals
             .iter()
@@ -170,17 +170,17 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         Some(h) => multipliers.into_iter().map(|x| (x, graph.mul(h, x))).collect(),
         None => multipliers.into_iter().map(|x| (x, x)).collect(),
     };
-    let mut lie = Lie::new(graph, frontier);
-    let pose = columns(&lie, &bodies.pose_blocks());
-    let velocity = columns(&lie, &bodies.velocity_blocks());
+    let mut tangent = TangentDerivatives::new(graph, difference_variables);
+    let pose = columns(&tangent, &bodies.pose_blocks());
+    let velocity = columns(&tangent, &bodies.velocity_blocks());
     let mut variables: Vec<Variable> = pose.iter().flat_map(|(_, c)| c.iter().map(|(_, v)| *v)).collect();
     variables.sort();
     variables.dedup();
     let mut pieces = BTreeMap::new();
     let forces: Vec<(Block, Combination<Vector>)> = if direct.is_empty() {
-        let found = gradient(&mut lie, &reals, &vectors, &variables);
+        let found = gradient(&mut tangent, &reals, &vectors, &variables);
         let found: BTreeMap<Variable, Vector> =
-            found.into_iter().map(|(variable, v)| (variable, named(&mut lie, variable, v))).collect();
+            found.into_iter().map(|(variable, v)| (variable, named(&mut tangent, variable, v))).collect();
         pieces.extend(found.iter().map(|(variable, v)| (*v, *variable)));
         shares(&pose, &found)
     } else {
@@ -195,7 +195,7 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         }
         Some(h) => {
             let mut scaled = |(c, v): &(Exact, Vector)| {
-                let impulse = lie.graph.scale(h, *v);
+                let impulse = tangent.graph.scale(h, *v);
                 if let Some(variable) = pieces.get(v).copied() {
                     pushes.insert(impulse, variable);
                 }
@@ -205,15 +205,15 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
             forces.map(|(block, sum)| (*block, sum.iter().map(&mut scaled).collect())).collect()
         }
     };
-    let held = held.map_or_else(Vec::new, |Given { reals, vectors, stand }| {
-        lie.stand = stand;
-        shares(&pose, &gradient(&mut lie, &reals, &vectors, &variables))
+    let held = held.map_or_else(Vec::new, |Substitution { reals, vectors, substituted }| {
+        tangent.substituted = substituted;
+        shares(&pose, &gradient(&mut tangent, &reals, &vectors, &variables))
     });
-    let steps = lie.step_with(time, &pose, &velocity);
-    let along = along(&mut lie, wanted, &forces, &impulses, time);
+    let steps = tangent.step_with(time, &pose, &velocity);
+    let along = along(&mut tangent, wanted, &forces, &impulses, time);
     let (wanted, pieces) = (wanted.to_vec(), [pieces, pushes]);
     Derived {
-        lie,
+        tangent,
         forces,
         impulses,
         pose,
@@ -241,7 +241,7 @@ fn shares(
 
 /// The requested derivatives of the forces along one direction, without the matrix.
 fn along(
-    lie: &mut Lie,
+    tangent: &mut TangentDerivatives,
     wanted: &[Part],
     forces: &[(Block, Combination<Vector>)],
     impulses: &[(Block, Combination<Vector>)],
@@ -249,7 +249,7 @@ fn along(
 ) -> BTreeMap<Part, Vec<(Block, Combination<Vector>)>> {
     let mut found = BTreeMap::new();
     for &part in wanted {
-        let direction = lie.graph.signature.extra_slot("direction", 0);
+        let direction = tangent.graph.signature.extra_slot("direction", 0);
         let motion = match (part, direction) {
             (Part::Impulse, _) => Motion::Velocities,
             (Part::DfdxProduct, Some(direction)) => Motion::Pose(direction),
@@ -257,14 +257,14 @@ fn along(
             _ => continue,
         };
         let sums = if part == Part::Impulse { impulses } else { forces };
-        let mut rates = Rates::along(&mut lie.graph, motion);
+        let mut rates = Rates::along(&mut tangent.graph, motion);
         let mut rate = |(c, v): &(Exact, Vector)| (c.clone(), *v, rates.vector(*v));
         let pairs: Vec<Vec<(Exact, Vector, Vector)>> =
             sums.iter().map(|(_, pieces)| pieces.iter().map(&mut rate).collect()).collect();
         let mut value = |(c, force, rate): (Exact, Vector, Vector)| match (part, step) {
             (Part::Impulse, Some(h)) => {
-                let change = lie.graph.scale(h, rate);
-                (c, lie.graph.vector_add(force, change))
+                let change = tangent.graph.scale(h, rate);
+                (c, tangent.graph.vector_add(force, change))
             }
             _ => (c, rate),
         };
@@ -276,8 +276,8 @@ fn along(
 }
 
 /// Names a force after the bodies that it acts on.
-fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
-    let signature = &lie.graph.signature;
+fn named(tangent: &mut TangentDerivatives, variable: Variable, force: Vector) -> Vector {
+    let signature = &tangent.graph.signature;
     let body = |slot: Slot| signature.bodies.get(slot.argument as usize).map_or("world", |b| b.name.as_str());
     let name = match variable {
         Variable::Triple(slot) => format!("force_{}", body(slot)),
@@ -285,7 +285,7 @@ fn named(lie: &mut Lie, variable: Variable, force: Vector) -> Vector {
         Variable::Rotation(slot) => format!("torque_{}", body(slot)),
         Variable::Step(_) => unreachable!("a force acts on a pose"),
     };
-    lie.graph.let_vector(&name, force)
+    tangent.graph.let_vector(&name, force)
 }
 
 /// x where the truth is true, else zero.
@@ -296,22 +296,22 @@ fn where_true(graph: &mut Graph, truth: Truth, x: Real) -> Real {
 
 /// Rows of C, each with its λ and its number; for a one-sided row λ while active, and whether it is active.
 #[derive(Default)]
-struct Held {
+struct FixedMultipliers {
     reals: Vec<(Real, Real, Option<Truth>, usize)>,
     vectors: Vec<(Vector, Vector, usize)>,
 }
 
-/// Rows of C, each with −h times its given multiplier; `stand` maps given multipliers to nodes of λ.
-struct Given {
+/// Rows of C, each with −h times its given multiplier; `substituted` maps given multipliers to nodes of λ.
+struct Substitution {
     reals: Vec<(Real, Real)>,
     vectors: Vec<(Vector, Vector)>,
-    stand: BTreeMap<u32, u32>,
+    substituted: BTreeMap<u32, u32>,
 }
 
-impl Held {
+impl FixedMultipliers {
     /// Replaces λ by the given multipliers.
-    fn given(self, graph: &mut Graph, h: Real) -> Given {
-        let mut given = Given { reals: Vec::new(), vectors: Vec::new(), stand: BTreeMap::new() };
+    fn given(self, graph: &mut Graph, h: Real) -> Substitution {
+        let mut given = Substitution { reals: Vec::new(), vectors: Vec::new(), substituted: BTreeMap::new() };
         let slot = |graph: &Graph, number: usize| {
             graph
                 .signature
@@ -321,7 +321,7 @@ impl Held {
         for (c, pull, active, number) in self.reals {
             let slot = slot(graph, number);
             let mut own = graph.entry(slot);
-            given.stand.insert(own.0, pull.0);
+            given.substituted.insert(own.0, pull.0);
             if let Some(active) = active {
                 own = where_true(graph, active, own);
             }
@@ -331,7 +331,7 @@ impl Held {
         for (c, multiplier, number) in self.vectors {
             let slot = slot(graph, number);
             let own = graph.triple(slot);
-            given.stand.insert(own.0, multiplier.0);
+            given.substituted.insert(own.0, multiplier.0);
             let push = graph.scale(h, own);
             given.vectors.push((c, graph.vector_neg(push)));
         }
@@ -395,7 +395,7 @@ impl Gains {
 
 /// The differences that serve as variables. A role's differences qualify if the role enters through nothing
 /// else, every difference is of two bodies, and there are fewer differences than moving bodies.
-fn frontier(graph: &Graph, roots: impl Iterator<Item = usize>) -> BTreeSet<(Slot, Slot)> {
+fn difference_variables(graph: &Graph, roots: impl Iterator<Item = usize>) -> BTreeSet<(Slot, Slot)> {
     let mut open: Vec<u32> = roots.map(|r| r as u32).collect();
     let mut seen = vec![false; graph.len()];
     let mut differences: BTreeMap<Role, BTreeSet<(Slot, Slot)>> = BTreeMap::new();
@@ -426,13 +426,13 @@ fn frontier(graph: &Graph, roots: impl Iterator<Item = usize>) -> BTreeSet<(Slot
 }
 
 /// The variables that move with each block: its stored triple or orientation, or the differences with it.
-fn columns(lie: &Lie, blocks: &[Block]) -> Vec<(Block, Combination<Variable>)> {
+fn columns(tangent: &TangentDerivatives, blocks: &[Block]) -> Vec<(Block, Combination<Variable>)> {
     let mut columns = Vec::new();
     for block in blocks {
-        let direct = lie.variable(block.body, block.role);
+        let direct = tangent.variable(block.body, block.role);
         let mut moves = Vec::new();
         if let Variable::Triple(slot) = direct {
-            for &(first, second) in &lie.frontier {
+            for &(first, second) in &tangent.difference_variables {
                 if first == slot {
                     moves.push((Exact::ONE, Variable::Difference(first, second)));
                 }

@@ -3,7 +3,7 @@
 //! In: nodes that depend on pose and velocity. Out: the rates, nodes that also depend on the velocities or
 //! the direction. The rate of a let is a let: `d` has `d_dot`.
 
-use crate::derive::forward::{Turned, Variable, partial_of_product};
+use crate::derive::forward::{RotatedArm, Variable, partial_of_product};
 use crate::derive::partials::partial;
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
@@ -280,12 +280,12 @@ impl Rates<'_> {
     }
 
     /// The turning factors of a product of quaternions, each with its angular velocity, rotated by R.
-    fn turn_rates(&mut self, turn: &[(Slot, bool)]) -> Vec<(Turned, Vector)> {
+    fn turn_rates(&mut self, turn: &[(Slot, bool)]) -> Vec<(RotatedArm, Vector)> {
         let slots: BTreeSet<Slot> = turn.iter().map(|(slot, _)| *slot).collect();
         let mut rates = Vec::new();
         for slot in slots {
             let Some(spin) = self.spin(slot) else { continue };
-            for turned in Turned::places(turn, Variable::Rotation(slot)) {
+            for turned in RotatedArm::places(turn, Variable::Rotation(slot)) {
                 let spin = turned.rotate(self.graph, spin);
                 rates.push((turned, spin));
             }

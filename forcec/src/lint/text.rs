@@ -130,12 +130,12 @@ fn growth(approach: &Approach) -> String {
         ("∂F/∂V", damping),
         ("what damping adds to ∂F/∂X", damped_stiffness.map(|p| p.max(0.0))),
     ];
-    let told = sizes.into_iter().filter_map(|(name, p)| Some(format!("{name} {}", power(p?)?)));
-    let told: Vec<String> = told.collect();
-    if told.is_empty() {
+    let shown = sizes.into_iter().filter_map(|(name, p)| Some(format!("{name} {}", power(p?)?)));
+    let shown: Vec<String> = shown.collect();
+    if shown.is_empty() {
         "all stays bounded towards it".to_owned()
     } else {
-        format!("towards it {}", told.join(", "))
+        format!("towards it {}", shown.join(", "))
     }
 }
 

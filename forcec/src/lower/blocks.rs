@@ -39,7 +39,7 @@ impl Lowering {
             for (_, moves) in columns {
                 let mut parts = Vec::new();
                 for (c, variable) in moves {
-                    let row = self.lie.row(real, *variable);
+                    let row = self.tangent.row(real, *variable);
                     parts.push((c.clone(), self.vector(row)));
                 }
                 entries.extend(self.combined(&parts));
@@ -112,8 +112,8 @@ impl Lowering {
         if let Some(dense) = self.dense.get(&(vector, variable)) {
             return *dense;
         }
-        let (coefficient, core) = self.lie.graph.split_vector(vector);
-        let core = match *self.lie.graph.node(core.index()) {
+        let (coefficient, core) = self.tangent.graph.split_vector(vector);
+        let core = match *self.tangent.graph.node(core.index()) {
             Node::VectorLet(inner) => inner,
             _ => core,
         };
@@ -175,7 +175,7 @@ impl Lowering {
     /// The ways to lower D of a vector that may give different results.
     pub(crate) fn ways_of(&mut self, vector: Vector, variable: Variable) -> &'static [Way] {
         use Way::{Cross, Normal, Parts};
-        let graph = &self.lie.graph;
+        let graph = &self.tangent.graph;
         let is_cross = |v: Vector| matches!(graph.node(v.index()), Node::Cross(..));
         match *graph.node(vector.index()) {
             Node::VectorSum(ref terms) if terms.len() > 1 && terms.iter().any(|(_, v)| is_cross(*v)) => {
@@ -186,7 +186,7 @@ impl Lowering {
                 }
             }
             Node::Cross(u, v) => {
-                match [u, v].map(|side| self.lie.matrix(side, variable).is_zero(&self.lie.graph)) {
+                match [u, v].map(|side| self.tangent.matrix(side, variable).is_zero(&self.tangent.graph)) {
                     [true, true] => &[Normal],
                     [true, false] => &[Normal, Cross(true, false), Cross(false, false)],
                     [false, true] => &[Normal, Cross(false, true), Cross(false, false)],
@@ -204,19 +204,19 @@ impl Lowering {
     }
 
     pub(crate) fn lower_block(&mut self, vector: Vector, variable: Variable, way: Way) -> Dense {
-        match (way, self.lie.graph.node(vector.index()).clone()) {
+        match (way, self.tangent.graph.node(vector.index()).clone()) {
             (Way::Parts, Node::VectorSum(terms)) => {
                 let mut parts = Vec::new();
                 let mut rest = Vec::new();
                 for (c, term) in terms {
-                    if matches!(self.lie.graph.node(term.index()), Node::Cross(..)) {
+                    if matches!(self.tangent.graph.node(term.index()), Node::Cross(..)) {
                         parts.push((c, self.best(term, variable)));
                     } else {
                         rest.push((c, term));
                     }
                 }
                 if !rest.is_empty() {
-                    let rest = self.lie.graph.vector_sum(rest);
+                    let rest = self.tangent.graph.vector_sum(rest);
                     parts.push((Exact::ONE, self.normal(rest, variable)));
                 }
                 self.sum_of_blocks(&parts)
@@ -224,8 +224,8 @@ impl Lowering {
             (Way::Cross(first, second), Node::Cross(u, v)) => {
                 let mut parts = Vec::new();
                 for (fixed, moved, sign, dense) in [(u, v, Exact::ONE, first), (v, u, -Exact::ONE, second)] {
-                    let matrix = self.lie.matrix(moved, variable);
-                    if matrix.is_zero(&self.lie.graph) {
+                    let matrix = self.tangent.matrix(moved, variable);
+                    if matrix.is_zero(&self.tangent.graph) {
                         continue;
                     }
                     let block = if dense {
@@ -234,7 +234,7 @@ impl Lowering {
                         let columns = transposed(inner).map(|column| self.cross(fixed, column));
                         transposed(columns)
                     } else {
-                        let matrix = matrix.cross_left(&mut self.lie.graph, fixed);
+                        let matrix = matrix.cross_left(&mut self.tangent.graph, fixed);
                         self.matrix(&matrix)
                     };
                     parts.push((sign, block));
@@ -255,14 +255,14 @@ impl Lowering {
     }
 
     pub(crate) fn normal(&mut self, vector: Vector, variable: Variable) -> Dense {
-        let matrix = self.lie.matrix(vector, variable);
+        let matrix = self.tangent.matrix(vector, variable);
         self.matrix(&matrix)
     }
 
     /// s I + [k]× + Σ u vᵀ entry by entry. If s contains the term −u·v, the diagonal has two products fewer.
     pub(crate) fn matrix(&mut self, matrix: &Matrix) -> Dense {
-        let matrix = &matrix.plain(&mut self.lie.graph);
-        let mut identity = linear(&self.lie.graph, matrix.identity);
+        let matrix = &matrix.plain(&mut self.tangent.graph);
+        let mut identity = linear(&self.tangent.graph, matrix.identity);
         let mut products: Vec<Dense> = Vec::new();
         let mut cancelled = Vec::new();
         for &(u, v) in &matrix.outer {
@@ -271,7 +271,7 @@ impl Lowering {
             }
             let (left, right) = (self.vector(u), self.vector(v));
             products.push(left.map(|x| right.map(|y| self.scalar.mul(x, y))));
-            let wanted = dot_terms(&mut self.lie.graph, u, v);
+            let wanted = dot_terms(&mut self.tangent.graph, u, v);
             let held = |(c, x): &(Exact, Real)| identity.contains(&(-c, *x));
             let cancels = !wanted.is_empty() && wanted.iter().all(held);
             if cancels {
@@ -279,7 +279,7 @@ impl Lowering {
             }
             cancelled.push(cancels);
         }
-        let rest = self.lie.graph.sum(Exact::ZERO, identity);
+        let rest = self.tangent.graph.sum(Exact::ZERO, identity);
         let rest = self.real(rest);
         let skew = self.vector(matrix.skew);
         [0, 1, 2].map(|i| {

@@ -12,7 +12,7 @@ mod written;
 use blocks::Way;
 
 use crate::derive::Derived;
-use crate::derive::forward::{Lie, Variable};
+use crate::derive::forward::{TangentDerivatives, Variable};
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::Slot;
@@ -33,10 +33,10 @@ pub const MOST_OPERATIONS: usize = 500_000;
 /// the program has more than `most` operations. If `source` is given, the values of the function are computed
 /// as the author wrote them, and everything derived from the values reads these.
 pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Definition>) -> Option<Program> {
-    let signature = derived.lie.graph.signature.clone();
+    let signature = derived.tangent.graph.signature.clone();
     let shared = shared_rotations(&derived);
     let mut lowering = Lowering {
-        lie: derived.lie,
+        tangent: derived.tangent,
         scalar: scalar::Graph::default(),
         lowered: FxHashMap::default(),
         dense: FxHashMap::default(),
@@ -54,7 +54,7 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
     let [forces, impulses] = &derived.pieces;
     let mirrored = derived.symmetric.then_some(forces);
     // The corresponding map for poses that move in steps.
-    let stepped = derived.symmetric.then(|| lowering.lie.stepped(impulses));
+    let stepped = derived.symmetric.then(|| lowering.tangent.stepped(impulses));
     let lost =
         if residual { lowering.residual(&derived.rows, &derived.forces, derived.stated) } else { vec![] };
     let mut arrays = Vec::new();
@@ -94,7 +94,7 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
 
 /// The stored quaternions that rotate several arms.
 fn shared_rotations(derived: &Derived) -> BTreeSet<Slot> {
-    let graph = &derived.lie.graph;
+    let graph = &derived.tangent.graph;
     let mut open: Vec<u32> =
         derived.forces.iter().flat_map(|(_, pieces)| pieces.iter().map(|(_, v)| v.0)).collect();
     let mut seen = vec![false; graph.len()];
@@ -127,7 +127,7 @@ enum Added {
 }
 
 pub(crate) struct Lowering {
-    pub(crate) lie: Lie,
+    pub(crate) tangent: TangentDerivatives,
     pub(crate) scalar: scalar::Graph,
     pub(crate) lowered: FxHashMap<u32, Lowered>,
     dense: FxHashMap<(Vector, Variable), Dense>,
@@ -146,7 +146,7 @@ impl Lowering {
     /// Whether the kernel is too large, so that nothing more is lowered.
     fn is_full(&self) -> bool {
         let most = self.most.saturating_mul(2);
-        self.full || self.scalar.len() > most || self.lie.graph.len() > most
+        self.full || self.scalar.len() > most || self.tangent.graph.len() > most
     }
 
     pub(crate) fn real(&mut self, x: Real) -> Id {
@@ -178,12 +178,12 @@ impl Lowering {
         let mut missing = BTreeSet::new();
         while let Some(index) = open.pop() {
             if !self.lowered.contains_key(&index) && missing.insert(index) {
-                open.extend(self.lie.graph.node(index as usize).operands());
+                open.extend(self.tangent.graph.node(index as usize).operands());
             }
         }
         for index in missing {
             let lowered = self.lower_node(index);
-            if let Some(name) = self.lie.graph.name(index as usize) {
+            if let Some(name) = self.tangent.graph.name(index as usize) {
                 match lowered {
                     Lowered::Real(id) => self.scalar.set_name(id, name),
                     Lowered::Vector(entries) => {
@@ -199,7 +199,7 @@ impl Lowering {
     }
 
     fn lower_node(&mut self, index: u32) -> Lowered {
-        let node = self.lie.graph.node(index as usize).clone();
+        let node = self.tangent.graph.node(index as usize).clone();
         match node {
             Node::Triple(slot) => {
                 Lowered::Vector([0, 1, 2].map(|k| self.input(Slot { offset: slot.offset + k, ..slot })))
@@ -249,7 +249,7 @@ impl Lowering {
 
     /// An argument entry, or the number that replaces the entry.
     fn input(&mut self, slot: Slot) -> Id {
-        match self.lie.graph.signature.folded(slot) {
+        match self.tangent.graph.signature.folded(slot) {
             Some(value) => self.scalar.constant(value),
             None => self.scalar.input(slot),
         }
@@ -257,7 +257,8 @@ impl Lowering {
 
     /// The pinned difference of two entries; if an entry is zero, no difference is pinned.
     fn difference(&mut self, first: Slot, second: Slot) -> Id {
-        let zero = |slot: &Slot| self.lie.graph.signature.known(*slot).is_some_and(|value| value.is_zero());
+        let zero =
+            |slot: &Slot| self.tangent.graph.signature.known(*slot).is_some_and(|value| value.is_zero());
         if [first, second].iter().any(zero) {
             let (first, second) = (self.input(first), self.input(second));
             return self.scalar.sub(first, second);
@@ -298,7 +299,7 @@ impl Lowering {
             Node::TurnReal(turn) => self.turn(turn)[3],
             Node::Call(function, arguments) => {
                 if *function == Function::Powf
-                    && let Some(twice) = half_integer(&self.lie.graph, arguments[1])
+                    && let Some(twice) = half_integer(&self.tangent.graph, arguments[1])
                 {
                     // x^(n + ½) = xⁿ √x, and for negative powers 1/(xⁿ √x).
                     let x = self.id(arguments[0].0);
@@ -419,14 +420,14 @@ impl Lowering {
     fn stand_in(&mut self, rows: &[(Real, Real)], values: &[Id]) {
         let mut vectors: BTreeMap<u32, [Option<Id>; 3]> = BTreeMap::new();
         for ((row, _), value) in rows.iter().zip(values) {
-            let (c, rest) = self.lie.graph.split(*row);
+            let (c, rest) = self.tangent.graph.split(*row);
             self.lowered.insert(row.0, Lowered::Real(*value));
             if !c.is_unit() {
                 continue;
             }
             let value = self.scalar.scaled(c, *value);
             self.lowered.insert(rest.0, Lowered::Real(value));
-            if let Node::Component(v, axis) = *self.lie.graph.node(rest.index()) {
+            if let Node::Component(v, axis) = *self.tangent.graph.node(rest.index()) {
                 vectors.entry(v.0).or_default()[usize::from(axis)] = Some(value);
             }
         }

@@ -27,7 +27,7 @@ impl Lowering {
                 if !seen.insert(index) {
                     continue;
                 }
-                let node = self.lie.graph.node(index as usize);
+                let node = self.tangent.graph.node(index as usize);
                 open.extend(node.operands());
                 let cancels =
                     matches!(node, Node::Sum(..) | Node::VectorSum(_) | Node::Dot(..) | Node::Cross(..));

@@ -16,7 +16,7 @@ pub mod spread;
 
 use crate::derive::Derived;
 use crate::options::plan::{Effort, Mode, Plan};
-use crate::scalar::{Program, Step};
+use crate::scalar::{PassReport, Program};
 use crate::vector::definition::Definition;
 use crate::vector::{FORMULATIONS, Formulation};
 use network::Network;
@@ -159,14 +159,14 @@ pub struct Optimized {
     /// The formulation of the program's derivatives.
     pub formulation: Formulation,
     /// The operation count after lowering and after each pass.
-    pub report: Vec<Step>,
+    pub report: Vec<PassReport>,
 }
 
 /// A formulation with its network and report.
 struct Candidate {
     formulation: Formulation,
     network: Network,
-    report: Vec<Step>,
+    report: Vec<PassReport>,
 }
 
 impl Candidate {
@@ -179,11 +179,11 @@ impl Candidate {
         )?);
         let mut network = Network::new(&lowered);
         let mut report =
-            vec![Step { pass: LOWER, operations: lowered.operations(), distinct: network.distinct() }];
+            vec![PassReport { pass: LOWER, operations: lowered.operations(), distinct: network.distinct() }];
         if mode == Mode::Fast {
             lowered = Rc::new(reciprocals::share(&lowered));
             network = Network::new(&lowered);
-            report.push(Step { pass: "reciprocals", operations: lowered.operations(), ..report[0] });
+            report.push(PassReport { pass: "reciprocals", operations: lowered.operations(), ..report[0] });
         }
         Some(Candidate { formulation, network, report })
     }
@@ -191,7 +191,7 @@ impl Candidate {
     fn run(&mut self, pass: &'static Pass, plan: Plan, share: usize) {
         pass.run(&mut self.network, plan, share);
         let (operations, distinct) = (self.network.operations(), self.network.distinct());
-        self.report.push(Step { pass: pass.name, operations, distinct });
+        self.report.push(PassReport { pass: pass.name, operations, distinct });
     }
 
     fn last(&self) -> usize {
@@ -214,7 +214,7 @@ pub fn optimize(
             Rc::new(crate::lower::lower(derive(formulation), false, crate::lower::MOST_OPERATIONS, source)?);
         let mut network = Network::new(&lowered);
         let distinct = network.distinct();
-        let report = vec![Step { pass: LOWER, operations: lowered.operations(), distinct }];
+        let report = vec![PassReport { pass: LOWER, operations: lowered.operations(), distinct }];
         let program =
             if spread::spread(&mut network) { network.program() } else { Rc::unwrap_or_clone(lowered) };
         return Some(Optimized { program, formulation, report });
@@ -223,7 +223,7 @@ pub fn optimize(
         let mut candidate = Candidate::new(formulation, derive(formulation), plan.mode)?;
         for pass in plan.passes() {
             match pass.work {
-                Work::Choose => candidate.report.push(Step { pass: pass.name, ..candidate.report[0] }),
+                Work::Choose => candidate.report.push(PassReport { pass: pass.name, ..candidate.report[0] }),
                 Work::Rewrite(_) => candidate.run(pass, plan, 1),
                 Work::Search(_) => {}
             }

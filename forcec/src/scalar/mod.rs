@@ -599,7 +599,7 @@ impl std::ops::AddAssign for Operations {
 
 /// A kernel after a pass of the optimiser.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Step {
+pub struct PassReport {
     /// The name of the pass.
     pub pass: &'static str,
     /// The operation counts.

@@ -35,7 +35,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
     let own_line = own_line(signature, &items, &rows, single);
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
-    let told = names::assign(signature, &items, &own_line, &flipped, &mut taken);
+    let derived = names::assign(signature, &items, &own_line, &flipped, &mut taken);
     let mut stores: FxHashMap<ItemId, Vec<(Output, Edge)>> = FxHashMap::default();
     for &(output, edge) in items.outputs.iter().filter(|(output, _)| !rows.side_by_side(output.part)) {
         if own_line[edge.item as usize] {
@@ -51,7 +51,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         adds: style.adds,
         own_line,
         flipped,
-        told,
+        derived,
         stores,
         values: vec![None; count],
         variables: Vec::new(),
@@ -171,7 +171,7 @@ pub(super) struct Builder<'a> {
     /// Whether the name of an item denotes its negative.
     flipped: Vec<bool>,
     /// Names derived from the source.
-    told: Vec<Option<String>>,
+    derived: Vec<Option<String>>,
     /// The outputs equal to an item or its negative; they are stored when the item is computed.
     stores: FxHashMap<ItemId, Vec<(Output, Edge)>>,
     /// The outputs already stored.
@@ -356,7 +356,7 @@ impl Builder<'_> {
 
     fn enter(&mut self, stack: &mut Vec<Frame>, item: ItemId, family: Family) {
         if self.values[item as usize].is_none() {
-            let family = if self.told[item as usize].is_some() { Family::Item(item) } else { family };
+            let family = if self.derived[item as usize].is_some() { Family::Item(item) } else { family };
             stack.push(Frame {
                 item,
                 operands: self.items.items[item as usize].operands().into_iter(),
@@ -381,7 +381,7 @@ impl Builder<'_> {
         }
         let value = if self.flipped[item as usize] { negate(value) } else { value };
         let value = self.fit_statement(value, Room::DEFINITION);
-        let name = match &self.told[item as usize] {
+        let name = match &self.derived[item as usize] {
             Some(name) => name.clone(),
             None => self.numbered(),
         };
@@ -450,7 +450,7 @@ impl Builder<'_> {
 
     fn stem(&self) -> String {
         match self.family {
-            Family::Item(item) => self.told[item as usize].clone().expect("a family has a name"),
+            Family::Item(item) => self.derived[item as usize].clone().expect("a family has a name"),
             Family::Output(output) => names::output_name(self.signature, output),
         }
     }

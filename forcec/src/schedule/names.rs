@@ -126,20 +126,20 @@ pub(super) fn assign(
             names[item] = Some(taken.claim(&output_name(signature, *output)));
         }
     }
-    let mut bases: Vec<Option<Told>> = vec![None; count];
+    let mut bases: Vec<Option<DerivedName>> = vec![None; count];
     for item in 0..count {
-        let told = match &names[item] {
-            Some(name) if items.sources[item].is_some() => Some(Told::source(name.clone())),
+        let derived = match &names[item] {
+            Some(name) if items.sources[item].is_some() => Some(DerivedName::source(name.clone())),
             Some(_) => None,
             None if flipped[item] && !matches!(items.items[item], Item::Sum(_) | Item::Difference(..)) => {
                 None
             }
-            None => told(signature, items, &bases, flipped, item as ItemId),
+            None => derived_name(signature, items, &bases, flipped, item as ItemId),
         };
         if own_line[item] && names[item].is_none() {
-            names[item] = told.as_ref().map(|told| taken.claim(&told.name));
+            names[item] = derived.as_ref().map(|derived| taken.claim(&derived.name));
         }
-        bases[item] = told;
+        bases[item] = derived;
     }
     names
 }
@@ -164,34 +164,34 @@ fn slot_name(signature: &Signature, slot: Slot) -> String {
 
 /// A name built from the operands of an item, and the length that is assumed for the name.
 #[derive(Clone)]
-struct Told {
+struct DerivedName {
     name: String,
     /// The assumed length of an author's name is constant, so that renaming a value does not change other
     /// names.
     length: usize,
 }
 
-impl Told {
+impl DerivedName {
     /// A longer derived name is rejected.
     const SHORT: usize = 20;
 
     /// A name chosen by the author.
-    fn source(name: String) -> Told {
+    fn source(name: String) -> DerivedName {
         const LENGTH: usize = 7;
-        Told { name, length: LENGTH }
+        DerivedName { name, length: LENGTH }
     }
 
-    fn plain(name: impl Into<String>) -> Told {
+    fn plain(name: impl Into<String>) -> DerivedName {
         let name = name.into();
-        Told { length: name.len(), name }
+        DerivedName { length: name.len(), name }
     }
 
-    fn and(&self, text: &str) -> Told {
-        Told { name: format!("{}{text}", self.name), length: self.length + text.len() }
+    fn and(&self, text: &str) -> DerivedName {
+        DerivedName { name: format!("{}{text}", self.name), length: self.length + text.len() }
     }
 
-    fn then(self, other: &Told) -> Told {
-        Told { name: self.name + &other.name, length: self.length + other.length }
+    fn then(self, other: &DerivedName) -> DerivedName {
+        DerivedName { name: self.name + &other.name, length: self.length + other.length }
     }
 }
 
@@ -210,18 +210,18 @@ fn quaternion_product(signature: &Signature, items: &Items, x: ItemId, y: ItemId
 }
 
 /// A name built from the operands of an item, if the name is short.
-fn told(
+fn derived_name(
     signature: &Signature,
     items: &Items,
-    bases: &[Option<Told>],
+    bases: &[Option<DerivedName>],
     flipped: &[bool],
     item: ItemId,
-) -> Option<Told> {
+) -> Option<DerivedName> {
     let base = |id: ItemId| if flipped[id as usize] { None } else { bases[id as usize].as_ref() };
     let flipped = flipped[item as usize];
-    let told = match &items.items[item as usize] {
+    let derived = match &items.items[item as usize] {
         Item::Input(slot) => {
-            return Some(Told::plain(tidy(&slot_name(signature, *slot))));
+            return Some(DerivedName::plain(tidy(&slot_name(signature, *slot))));
         }
         Item::Difference(first, second) => {
             let (first, second) = if flipped { (second, first) } else { (first, second) };
@@ -231,7 +231,7 @@ fn told(
             };
             let body = &signature.bodies.get(from.argument as usize)?.name;
             let name = slot_name(signature, to).replacen('_', &format!("_minus_{body}_"), 1);
-            return Some(Told::plain(tidy(&name.replace("_p_", "_"))));
+            return Some(DerivedName::plain(tidy(&name.replace("_p_", "_"))));
         }
         Item::Quotient(..) if items.powers.contains_key(&item) => {
             let (of, exponent) = items.powers[&item];
@@ -241,20 +241,24 @@ fn told(
             }
         }
         Item::Quotient(over, under) => match (over.as_slice(), under.as_slice()) {
-            ([], [x]) => Told::plain("inv_").then(base(*x)?),
+            ([], [x]) => DerivedName::plain("inv_").then(base(*x)?),
             ([x], [y]) => base(*x)?.and("_per_").then(base(*y)?),
             ([x, y], []) => match &items.items[*x as usize] {
-                Item::Number(number) if *number == Exact::from(2) => Told::plain("two_").then(base(*y)?),
-                Item::Number(number) if *number == Exact::ratio(1, 2) => Told::plain("half_").then(base(*y)?),
+                Item::Number(number) if *number == Exact::from(2) => {
+                    DerivedName::plain("two_").then(base(*y)?)
+                }
+                Item::Number(number) if *number == Exact::ratio(1, 2) => {
+                    DerivedName::plain("half_").then(base(*y)?)
+                }
                 _ => match quaternion_product(signature, items, *x, *y) {
-                    Some(name) => return Some(Told::plain(tidy(&name))),
+                    Some(name) => return Some(DerivedName::plain(tidy(&name))),
                     None => base(*x)?.and("_").then(base(*y)?),
                 },
             },
             _ => return None,
         },
         Item::Call(function, arguments) if function.order().is_none() => match arguments.as_slice() {
-            [x] if !x.negative => Told::plain(format!("{}_", function.row().name)).then(base(x.item)?),
+            [x] if !x.negative => DerivedName::plain(format!("{}_", function.row().name)).then(base(x.item)?),
             _ => return None,
         },
         Item::Sum(edges) => match edges.as_slice() {
@@ -280,7 +284,7 @@ fn told(
         }
         _ => return None,
     };
-    (told.length <= Told::SHORT).then_some(told)
+    (derived.length <= DerivedName::SHORT).then_some(derived)
 }
 
 #[cfg(test)]

@@ -2,18 +2,18 @@
 
 use crate::derive::Derived;
 use crate::model::outputs::Array;
-use crate::scalar::{self, Program, Step};
+use crate::scalar::{self, PassReport, Program};
 use crate::show::formula::{Dialect, Formulas};
 use crate::vector::{Graph, Node};
 use std::fmt::{self, Write};
 
 /// Operation counts and distinct outputs after lowering and after every pass.
-pub fn passes(report: &[Step]) -> String {
+pub fn passes(report: &[PassReport]) -> String {
     let mut text = format!(
         "{:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}{:>10}\n",
         "pass", "add", "mul", "div", "sqrt", "call", "total", "distinct"
     );
-    for Step { pass, operations: ops, distinct } in report {
+    for PassReport { pass, operations: ops, distinct } in report {
         let _ = writeln!(
             text,
             "{pass:<14}{:>6}{:>6}{:>6}{:>6}{:>6}{:>7}{distinct:>10}",
@@ -114,16 +114,16 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
                 let mut terms = Vec::new();
                 for (c, piece) in pieces {
                     for (d, variable) in moves {
-                        terms.push((c * d, derived.lie.matrix(*piece, *variable)));
+                        terms.push((c * d, derived.tangent.matrix(*piece, *variable)));
                     }
                 }
                 let terms: Vec<_> = terms.iter().map(|(c, m)| (c.clone(), &**m)).collect();
-                let matrix = crate::derive::block::Matrix::sum(&mut derived.lie.graph, &terms);
+                let matrix = crate::derive::block::Matrix::sum(&mut derived.tangent.graph, &terms);
                 blocks.push((array, *row, *column, matrix));
             }
         }
     }
-    let graph = &derived.lie.graph;
+    let graph = &derived.tangent.graph;
     let mut roots: Vec<u32> = Vec::new();
     for (c, rate) in &derived.rows {
         roots.extend([c.0, rate.0]);

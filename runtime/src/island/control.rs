@@ -11,14 +11,14 @@ use crate::report::Report;
 use crate::settings::Settings;
 use crate::state::as_f64;
 use crate::step::{Integrator, Outcome};
-use crate::system::assemble::Guard;
+use crate::system::assemble::Fallback;
 use nalgebra::{RealField, Vector3, convert};
 
 /// A request to advance an island by a time.
 struct Course<'a, R> {
     /// The whole time, s.
     h: R,
-    guard: Guard<R>,
+    guard: Fallback<R>,
     gravity: Vector3<R>,
     settings: &'a Settings<R>,
 }
@@ -42,9 +42,9 @@ impl<R: RealField + Copy> Island<R> {
         self.save_frame();
         let covered = (0..3).any(|backup| {
             let guard = match backup {
-                0 => Guard::None,
-                1 => Guard::SemiDefinite,
-                _ => Guard::Capped(self.cap(h)),
+                0 => Fallback::None,
+                1 => Fallback::SemiDefinite,
+                _ => Fallback::Capped(self.cap(h)),
             };
             report.semi_definite = usize::from(backup > 0);
             report.capped = usize::from(backup > 1);

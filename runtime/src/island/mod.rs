@@ -11,7 +11,7 @@ use crate::report::Report;
 use crate::settings::Settings;
 use crate::state::{Member, Motion, Poses, Store, as_f64};
 use crate::step::{Integrator, Model, Outcome, Stepper};
-use crate::system::assemble::{Assembly, Guard};
+use crate::system::assemble::{Assembly, Fallback};
 use crate::system::batch::Batch;
 use crate::system::sparse::System;
 use nalgebra::{RealField, SVector, Vector3, convert};
@@ -360,7 +360,7 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn attempt(
         &mut self,
         h: R,
-        guard: Guard<R>,
+        guard: Fallback<R>,
         gravity: Vector3<R>,
         settings: &Settings<R>,
         report: &mut Report,
@@ -392,9 +392,9 @@ impl<R: RealField + Copy> Island<R> {
     }
 
     /// After an accepted step: stores multipliers and rates, but no rates of guarded forces.
-    pub(crate) fn keep(&mut self, integrator: Integrator, guard: Guard<R>) {
+    pub(crate) fn keep(&mut self, integrator: Integrator, guard: Fallback<R>) {
         self.batches.iter_mut().for_each(|batch| batch.keep());
-        self.control.warm = integrator == Integrator::GeneralizedAlpha && guard == Guard::None;
+        self.control.warm = integrator == Integrator::GeneralizedAlpha && guard == Fallback::None;
         if self.control.warm {
             match &self.engine {
                 Engine::Three(model) => model.keep_rates(&mut self.store),

@@ -11,7 +11,7 @@
 //! parts, the step is one of SDIRK2.
 
 use crate::state::Store;
-use crate::step::{Model, Outcome, SDIRK, Sized3Or6, Stepper};
+use crate::step::{BlockSize, Model, Outcome, SDIRK, Stepper};
 use crate::system::assemble::Assembly;
 use nalgebra::{RealField, SVector, Vector6, convert};
 
@@ -26,7 +26,7 @@ const BETA: f64 = 0.25 * (GAMMA + 0.5) * (GAMMA + 0.5);
 
 impl<R: RealField + Copy, const D: usize> Stepper<'_, R, D>
 where
-    Assembly<R, D>: Sized3Or6<R>,
+    Assembly<R, D>: BlockSize<R>,
 {
     pub(crate) fn generalized_alpha(&mut self, h: R) -> Option<Outcome<R>> {
         let number = convert::<f64, R>;

@@ -184,17 +184,17 @@ pub(crate) struct Outcome<R> {
 }
 
 /// Wraps an assembly of either block size for batches.
-pub(crate) trait Sized3Or6<R: RealField> {
+pub(crate) trait BlockSize<R: RealField> {
     fn sums(&mut self) -> Sums<'_, R>;
 }
 
-impl<R: RealField> Sized3Or6<R> for Assembly<R, 3> {
+impl<R: RealField> BlockSize<R> for Assembly<R, 3> {
     fn sums(&mut self) -> Sums<'_, R> {
         Sums::Three(self)
     }
 }
 
-impl<R: RealField> Sized3Or6<R> for Assembly<R, 6> {
+impl<R: RealField> BlockSize<R> for Assembly<R, 6> {
     fn sums(&mut self) -> Sums<'_, R> {
         Sums::Six(self)
     }
@@ -202,7 +202,7 @@ impl<R: RealField> Sized3Or6<R> for Assembly<R, 6> {
 
 impl<R: RealField + Copy, const D: usize> Stepper<'_, R, D>
 where
-    Assembly<R, D>: Sized3Or6<R>,
+    Assembly<R, D>: BlockSize<R>,
 {
     /// Takes one step; `None` if a solver broke down.
     pub(crate) fn step(&mut self, h: R, integrator: Integrator) -> Option<Outcome<R>> {

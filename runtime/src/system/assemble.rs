@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, Matrix3, RealField, SVector, Vector3, Vector6, convert};
 
 /// The modification of forces whose exact derivatives failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) enum Guard<R> {
+pub(crate) enum Fallback<R> {
     /// No modification.
     #[default]
     None,
@@ -44,7 +44,7 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     pub(crate) stiffness: R,
     /// The requested sums, in addition to F.
     pub(crate) wants: Wants,
-    pub(crate) guard: Guard<R>,
+    pub(crate) guard: Fallback<R>,
     /// The power of forces without potential, loads and kinematic bodies.
     pub(crate) power: R,
     /// The largest factor by which a force was too stiff, over forces that were scaled down.
@@ -83,7 +83,7 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
             damping: R::zero(),
             stiffness: R::zero(),
             wants: Wants::default(),
-            guard: Guard::None,
+            guard: Fallback::None,
             power: R::zero(),
             capped: R::zero(),
             swamped: false,
@@ -148,7 +148,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     /// The required results of each force.
     pub(crate) fn need(&self) -> Need<R> {
         let Wants { matrix, drift, tangent, .. } = self.wants;
-        if self.guard != Guard::None || drift || tangent {
+        if self.guard != Fallback::None || drift || tangent {
             Need::Derivatives
         } else if !matrix {
             Need::Force
@@ -164,10 +164,10 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     #[inline]
     pub(crate) fn add<K: Kernel<Real = R>>(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
         match (self.guard, local.derivatives) {
-            (Guard::SemiDefinite, Derivatives::Apart(dfdx, dfdv)) => {
+            (Fallback::SemiDefinite, Derivatives::Apart(dfdx, dfdv)) => {
                 self.add_guarded::<K>(bodies, local, [dfdx, dfdv], None);
             }
-            (Guard::Capped(most), Derivatives::Apart(dfdx, dfdv)) => {
+            (Fallback::Capped(most), Derivatives::Apart(dfdx, dfdv)) => {
                 self.add_guarded::<K>(bodies, local, [dfdx, dfdv], Some(most));
             }
             _ => self.add_exact::<K>(bodies, local),
