@@ -90,7 +90,7 @@ impl Build {
 
     /// The number of instances that a kernel computes at once; by default one.
     ///
-    /// Panics unless [`LANES`] contains the number.
+    /// Panics unless the number is 1, 4 or 8.
     pub fn lanes(mut self, lanes: usize) -> Build {
         assert!(LANES.contains(&lanes), "lanes are {LANES:?}");
         self.request.lanes = lanes;
