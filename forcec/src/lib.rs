@@ -23,7 +23,7 @@
 //!
 //! - the command line, `forcec build springs.rs --out kernels`;
 //! - [`Build`] in a build script, which writes Rust modules that the crate includes;
-//! - the attribute macros of `forcec-runtime`, which put a kernel beside the function;
+//! - the attribute macros of `forcec-runtime`, which add a kernel next to the function;
 //! - [`compile`], from text to text:
 //!
 //! ```

@@ -237,11 +237,11 @@ impl Extraction<'_> {
         }
         for number in divisors.drain(..) {
             let (saving, places) = self.saving(number);
-            let held = saving > 0 && self.is_held(number);
+            let suits = saving > 0 && self.suits(number);
             let (divisor, candidate) =
                 self.divisors.get_index_mut(number as usize).expect("numbers are positions");
             let mut now = 0;
-            if saving > 0 && held {
+            if suits {
                 let monomials = &self.network.monomials;
                 let size = monomials.degree(divisor.first) + monomials.degree(divisor.second);
                 now = rank(saving, places, size, false, number);
@@ -254,10 +254,10 @@ impl Extraction<'_> {
             let (&(x, y), pair) = self.pairs.get_index(number as usize).expect("numbers are positions");
             let saving = pair.uses.len() as i64 - 1;
             let own = self.valuations[x as usize] + self.valuations[y as usize];
-            let mut users = pair.uses.iter().map(|(_, product)| self.valuation(*product));
-            let held = own.is_held() || users.all(|user| !user.is_held());
+            let users = pair.uses.iter().map(|(_, product)| self.valuation(*product));
+            let suits = saving > 0 && own.suits(users);
             let pair = &mut self.pairs[number as usize];
-            let now = if saving > 0 && held { rank(saving, 0, 0, true, number) } else { 0 };
+            let now = if suits { rank(saving, 0, 0, true, number) } else { 0 };
             if std::mem::replace(&mut pair.rank, now) != now && now != 0 {
                 self.heap.push(now);
             }
@@ -271,14 +271,10 @@ impl Extraction<'_> {
     }
 
     /// Whether floats can represent the divisor, or none of its uses.
-    fn is_held(&self, number: u32) -> bool {
+    fn suits(&self, number: u32) -> bool {
         let (divisor, candidate) = self.divisors.get_index(number as usize).expect("numbers are positions");
-        let own = self.valuation(divisor.first).min(self.valuation(divisor.second));
-        own.is_held()
-            || candidate.uses.iter().all(|place| {
-                let [first, second] = place.terms.map(|term| self.valuation(term));
-                !first.min(second).is_held()
-            })
+        let least = |[first, second]: [Monomial; 2]| self.valuation(first).min(self.valuation(second));
+        least([divisor.first, divisor.second]).suits(candidate.uses.iter().map(|place| least(place.terms)))
     }
 
     /// The exact saving of a divisor and the number of places it applies to.

@@ -4,7 +4,6 @@
 //! not. Factors common to all terms of such a value move to its users, as many as necessary; factoring then
 //! shares x/J instead. Named values are not split, nor are values whose users are as large or small.
 
-use crate::math::exact::Exact;
 use crate::optimize::network::{Network, Value};
 use crate::optimize::polynomial::{Atom, Polynomial};
 use crate::scalar::valuation::Valuation;
@@ -67,9 +66,8 @@ fn take_apart(
         let mut rest = product.to_vec();
         shared.retain(|x| rest.iter().position(|y| x == y).map(|place| rest.remove(place)).is_some());
     }
-    let own = valuations[atom as usize];
     let mut given = Vec::new();
-    let mut left = own;
+    let mut left = valuations[atom as usize];
     for factor in shared {
         let valuation = valuations[factor as usize];
         if !left.is_on_the_way_to(wanted) && (left + -valuation).size() < left.size() {
@@ -80,17 +78,11 @@ fn take_apart(
     if given.is_empty() {
         return false;
     }
-    let terms: Vec<(Vec<Atom>, Exact)> = sum
-        .terms()
-        .iter()
-        .map(|(m, c)| {
-            let rest = network.monomials.quotient(network.monomials.atoms(*m), &given);
-            (rest.expect("every term has it"), c.clone())
-        })
-        .collect();
     let mut rest = Polynomial::new();
-    for (mut factors, c) in terms {
-        rest.add(network.monomials.intern(&mut factors), &c);
+    let monomials = &mut network.monomials;
+    for (m, c) in sum.terms() {
+        let mut factors = monomials.quotient(monomials.atoms(*m), &given).expect("every term has it");
+        rest.add(monomials.intern(&mut factors), c);
     }
     valuations.push(network.valuation_of_sum(&rest, valuations));
     let left = network.define(Value::Sum(rest));

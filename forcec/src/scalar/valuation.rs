@@ -94,6 +94,11 @@ impl Valuation {
         self.0.abs() <= Valuation::WIDEST
     }
 
+    /// Whether a shared value may have it: single precision can represent it, or none of the users' values.
+    pub fn suits(self, mut users: impl Iterator<Item = Valuation>) -> bool {
+        self.is_held() || users.all(|user| !user.is_held())
+    }
+
     /// Its distance from 0.
     pub fn size(self) -> u32 {
         self.0.unsigned_abs()

@@ -40,12 +40,9 @@ pub(super) fn in_turns(
             product.push(factor);
         }
     }
-    match product.pop() {
-        Some(quotient) if product.is_empty() => quotient,
-        last => {
-            product.extend(last);
-            Expression::Quotient(product, Vec::new())
-        }
+    match product.len() {
+        1 => product.remove(0),
+        _ => Expression::Quotient(product, Vec::new()),
     }
 }
 

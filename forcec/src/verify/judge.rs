@@ -152,10 +152,11 @@ impl<'a> Judge<'a> {
                     None => (error - allowed) / text_error,
                 };
                 let enough = self.found.failures() >= ENOUGH;
-                if enough && lost.is_none() && ratio(text_error) > FACTOR {
+                let broken = ratio(text_error) > FACTOR;
+                if broken && enough && lost.is_none() {
                     continue;
                 }
-                if !enough && ratio(text_error) > FACTOR {
+                if broken && !enough {
                     let neighbours = neighbours.get_or_insert_with(|| self.neighbours(state, beside));
                     let errors = neighbours.iter().filter_map(|(known, written)| {
                         Some(by_text(written[index].as_ref()?, known.results[index].as_ref()?))
