@@ -5,6 +5,7 @@
 use crate::derive::derive;
 use crate::kernel::{Kernel, Once, Preparation};
 use crate::lower::MOST_OPERATIONS;
+use crate::lower::vocabulary::vocabulary;
 use crate::math::exact::Exact;
 use crate::math::number::Precision;
 use crate::model::bodies::Parameter;
@@ -16,14 +17,15 @@ use crate::options::plan::Mode;
 use crate::options::specialize::{Specialization, remarks};
 use crate::options::{Choice, suggestion};
 use crate::scalar::{PassReport, Program};
+use crate::schedule::meanings::Meanings;
 use crate::schedule::{Schedule, Style, schedule};
 use crate::show::formula::{Dialect, Formulas};
 use crate::source::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::span::Source;
 use crate::source::suggest;
 use crate::syntax::ast::Function;
-use crate::vector::Formulation;
 use crate::vector::definition::{Definition, Law, Row};
+use crate::vector::{FORMULATIONS, Formulation};
 use crate::{check, syntax};
 use std::time::{Duration, Instant};
 
@@ -292,13 +294,15 @@ fn stages(file: &syntax::ast::File, definition: Definition, request: Request) ->
     let started = Instant::now();
     let plan = request.plan;
     let source = check::elaborate(file, &definition.name, &request.known);
-    let derive = |formulation| derive(&definition, request.parts(), formulation);
-    let optimized = optimize(derive, plan, Some(&source));
+    let derive = |parts: &[Part], formulation| derive(&definition, parts, formulation);
+    let optimized = optimize(|formulation| derive(request.parts(), formulation), plan, Some(&source));
     let optimized = optimized.ok_or_else(|| {
         let label = format!("its kernel has more than {MOST_OPERATIONS} operations");
         Diagnostic::error(definition.span, "the function is too large", label)
             .help("shorten the ranges of its loops, or split it into several force functions")
     })?;
+    let vocabulary = vocabulary(derive(request.parts(), FORMULATIONS[0]), MOST_OPERATIONS);
+    let meanings = Meanings::new(&vocabulary, definition.law.has_multipliers());
     let style = Style {
         strict: plan.mode == Mode::Strict,
         fma: plan.fma,
@@ -308,9 +312,9 @@ fn stages(file: &syntax::ast::File, definition: Definition, request: Request) ->
     let laid = request.layout.lay(&optimized.program, definition.symmetric());
     let program = laid.as_ref().map_or(&optimized.program, |(program, _)| program);
     let (schedule, preparation) = if request.prepare {
-        prepared(program, style)
+        prepared(program, style, &meanings)
     } else {
-        (schedule(program, style), Preparation::Unasked)
+        (schedule(program, style, &meanings), Preparation::Unasked)
     };
     let time = started.elapsed();
     let kernel = Kernel {
@@ -334,14 +338,14 @@ fn stages(file: &syntax::ast::File, definition: Definition, request: Request) ->
 }
 
 /// The statements of a program, with values that depend on parameters alone computed once.
-fn prepared(program: &Program, style: Style) -> (Schedule, Preparation) {
-    let whole = schedule(program, style);
+fn prepared(program: &Program, style: Style, meanings: &Meanings) -> (Schedule, Preparation) {
+    let whole = schedule(program, style, meanings);
     match prepare::split(program, style.strict) {
         None => (whole, Preparation::Nothing),
         Some(Split { once, rest, kept }) => {
-            let first = schedule(&once, Style { adds: false, ..style });
+            let first = schedule(&once, Style { adds: false, ..style }, meanings);
             let once = Once { schedule: first, kept, whole: whole.operations() };
-            (schedule(&rest, style), Preparation::Once(Box::new(once)))
+            (schedule(&rest, style, meanings), Preparation::Once(Box::new(once)))
         }
     }
 }

@@ -10,6 +10,7 @@ use forcec::internals::model::bodies::{
 };
 use forcec::internals::model::outputs::Part;
 use forcec::internals::scalar::Program;
+use forcec::internals::schedule::meanings::Meanings;
 use forcec::internals::schedule::{Style, schedule};
 use forcec::internals::vector::definition::{Definition, Generalised, Law, Row};
 use forcec::internals::vector::{Graph, Real, Vector};
@@ -725,7 +726,7 @@ fn walls(g: &mut Graph, expanded: bool) -> Law {
 /// program.
 fn judged(sample: &Sample, program: &Program, change: fn(&mut [f64])) -> Report {
     let style = Style { strict: true, fma: false, single: false, adds: false };
-    let kernel = Kernel::dense("k".into(), vec![], vec![], schedule(program, style));
+    let kernel = Kernel::dense("k".into(), vec![], vec![], schedule(program, style, &Meanings::default()));
     let evaluate = |inputs: &dyn Fn(Slot) -> f64| {
         let outputs = kernel.evaluate::<f32>(&|slot| inputs(slot) as f32)?;
         let mut outputs: Vec<f64> = outputs.into_iter().map(f64::from).collect();

@@ -74,6 +74,11 @@ fn changed(before: &str, after: &str) -> usize {
     x.len().max(y.len()) - longest[y.len()]
 }
 
+/// A kernel with every statement on one line.
+fn statements(kernel: &str) -> String {
+    kernel.split_whitespace().collect::<Vec<_>>().join(" ").replace("; ", ";\n")
+}
+
 /// Makes the number at one position larger by a quarter.
 struct Larger {
     at: usize,
@@ -149,9 +154,10 @@ fn edits(stem: &str) -> Vec<Edit> {
             let mut file = file.clone();
             file.items[index] = syn::Item::Fn(edited.clone());
             let after = kernel(&file, &name).unwrap_or_else(|| panic!("{name}: {what} does not compile"));
-            // The old name is restored at every use; line breaks may still differ, so words are compared.
+            // The old name is restored at every use. Line breaks may still differ, so statements are compared.
             let restored = renamed.map_or(after.clone(), |old| after.replace(&format!("{old}_new"), old));
-            let (changed, structure) = (changed(&before, &after), changed(&before, &restored));
+            let structure = changed(&statements(&before), &statements(&restored));
+            let changed = changed(&before, &after);
             let lines = before.lines().count();
             edits.push(Edit { function: name.clone(), what, changed, structure, lines });
         };

@@ -9,6 +9,7 @@ use forcec::internals::math::special;
 use forcec::internals::model::bodies::{Body, BodyKind, Domain, Parameter, ParameterType, Signature};
 use forcec::internals::model::outputs::{Output, Part};
 use forcec::internals::scalar::{Graph, Program};
+use forcec::internals::schedule::meanings::Meanings;
 use forcec::internals::schedule::{Style, schedule};
 use forcec::internals::verify::Subject;
 use forcec::internals::verify::probe::{self, Probe};
@@ -220,7 +221,7 @@ fn kernels() -> Vec<(Function, Kernel)> {
         program.set(Output::new(Part::Force, 0, 0), result);
         let order = function.order().map(|n| n.to_string()).unwrap_or_default();
         let name = format!("f_{}{order}", row.name.to_lowercase());
-        let schedule = schedule(&program, Style::default());
+        let schedule = schedule(&program, Style::default(), &Meanings::default());
         (function, Kernel::dense(name, vec!["One function.".to_owned()], vec![], schedule))
     };
     Function::ALL.into_iter().map(kernel).collect()

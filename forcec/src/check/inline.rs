@@ -59,6 +59,11 @@ impl<'a> Elaborator<'a> {
         let value = self.body(index, key.1.clone());
         self.iterations = iterations;
         self.open.pop();
+        match value {
+            Value::Real(x) => self.graph.returned_by(x.index(), &function.name.text),
+            Value::Vector(v) => self.graph.returned_by(v.index(), &function.name.text),
+            _ => {}
+        }
         self.memo.insert(key, value.clone());
         value
     }

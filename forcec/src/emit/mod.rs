@@ -129,7 +129,7 @@ fn lane_loop(schedule: &Schedule) -> (Vec<&Statement>, Vec<&Statement>) {
 
 /// Whether statements have an effect: headings have none.
 fn acts(statements: &[&Statement]) -> bool {
-    statements.iter().any(|statement| !matches!(statement, Statement::Heading(_)))
+    statements.iter().any(|statement| !matches!(statement, Statement::Heading(..)))
 }
 
 /// Whether a character changes the direction of writing.
@@ -160,7 +160,7 @@ fn body<'a>(
 ) -> String {
     let mut text = String::new();
     for statement in statements {
-        if matches!(statement, Statement::Heading(_)) && !text.is_empty() {
+        if matches!(statement, Statement::Heading(..)) && !text.is_empty() {
             text.push('\n');
         }
         for line in print::statement(dialect, &schedule.variables, statement) {

@@ -7,6 +7,7 @@
 
 mod blocks;
 mod residual;
+pub mod vocabulary;
 mod written;
 
 use blocks::Way;
@@ -35,17 +36,7 @@ pub const MOST_OPERATIONS: usize = 500_000;
 pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Definition>) -> Option<Program> {
     let signature = derived.tangent.graph.signature.clone();
     let shared = shared_rotations(&derived);
-    let mut lowering = Lowering {
-        tangent: derived.tangent,
-        scalar: scalar::Graph::default(),
-        lowered: FxHashMap::default(),
-        dense: FxHashMap::default(),
-        journal: Vec::new(),
-        ways: FxHashMap::default(),
-        shared,
-        most,
-        full: false,
-    };
+    let mut lowering = Lowering::new(derived.tangent, shared, most);
     let written = source.map(|source| written::rows(&mut lowering.scalar, source));
     if let Some(written) = &written {
         lowering.stand_in(&derived.rows, written);
@@ -143,6 +134,20 @@ pub(crate) struct Lowering {
 }
 
 impl Lowering {
+    fn new(tangent: TangentDerivatives, shared: BTreeSet<Slot>, most: usize) -> Lowering {
+        Lowering {
+            tangent,
+            scalar: scalar::Graph::default(),
+            lowered: FxHashMap::default(),
+            dense: FxHashMap::default(),
+            journal: Vec::new(),
+            ways: FxHashMap::default(),
+            shared,
+            most,
+            full: false,
+        }
+    }
+
     /// Whether the kernel is too large, so that nothing more is lowered.
     fn is_full(&self) -> bool {
         let most = self.most.saturating_mul(2);

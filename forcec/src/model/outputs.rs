@@ -425,6 +425,20 @@ impl Part {
         (length(self.row().rows), self.row().columns.map_or(1, length))
     }
 
+    /// The body that a row of a matrix belongs to, if rows are coordinates of bodies.
+    pub fn body_of_row(self, signature: &Signature, row: usize) -> Option<u16> {
+        let table = self.row();
+        if table.rows != Axis::Coordinate || table.columns.is_none() {
+            return None;
+        }
+        let mut end = 0;
+        let found = signature.moving().find(|(_, body)| {
+            end += body.kind.freedoms();
+            row < end
+        });
+        found.map(|(body, _)| body as u16)
+    }
+
     /// Number of entries.
     pub fn length(self, signature: &Signature) -> usize {
         let (rows, columns) = self.shape(signature);

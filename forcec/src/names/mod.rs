@@ -4,6 +4,8 @@
 //! macros, shadow nothing, and cause no compiler warning. A valid name is kept. Any other name is converted
 //! to the style of the target; if the result is taken, it gets the suffix `_`, or else a number.
 
+pub(crate) mod values;
+
 use crate::model::bodies::Signature;
 use crate::model::outputs::{Part, Piece};
 use rustc_hash::FxHashSet;

@@ -66,6 +66,21 @@ impl Places {
         self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
     }
 
+    /// Every slot, in the order of the list.
+    pub fn slots(&self) -> impl Iterator<Item = Slot> + '_ {
+        let bodies = self.signature.bodies.iter().map(|body| {
+            let fields = body.kind.row().fields.iter();
+            fields.map(|field| field.length as u32).collect::<Vec<_>>()
+        });
+        let parameters = self.signature.parameters.iter().chain(&self.signature.extras);
+        let lengths = bodies.chain(parameters.map(|parameter| vec![parameter.ty.length() as u32]));
+        lengths.enumerate().flat_map(|(argument, fields)| {
+            fields.into_iter().enumerate().flat_map(move |(field, length)| {
+                (0..length).map(move |offset| Slot { argument: argument as u16, field: field as u8, offset })
+            })
+        })
+    }
+
     /// Index of a body's field, if the body has it.
     pub fn field(&self, body: usize, role: Role) -> Option<usize> {
         self.signature.body_slot(body as u16, role).map(|slot| self.place(slot))

@@ -7,7 +7,7 @@ use crate::math::functions::Operator;
 use crate::math::number::Number;
 use crate::model::bodies::Slot;
 use crate::model::outputs::{self, Array, Part};
-use crate::scalar::{Id, Node, Program};
+use crate::scalar::{Graph, Id, Node, Program};
 
 /// The outputs of a kernel, in the order of storage.
 #[derive(Clone, PartialEq, Debug)]
@@ -49,6 +49,15 @@ impl<N: Clone> Value<N> {
             Value::Real(_) => panic!("a truth is expected where a number stands"),
         }
     }
+}
+
+/// The value of every node of a graph.
+pub(crate) fn values<N: Number>(graph: &Graph, inputs: &dyn Fn(Slot) -> N) -> Vec<Value<N>> {
+    let mut values: Vec<Value<N>> = Vec::with_capacity(graph.len());
+    for (_, node) in graph.iter() {
+        values.push(value(node, &values, inputs));
+    }
+    values
 }
 
 /// Evaluates every output of a program for these arguments.

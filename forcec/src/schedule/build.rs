@@ -10,9 +10,14 @@
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{ParameterType, Signature};
+use crate::names::values::ValueName;
+use crate::scalar::eval::Value;
 use crate::scalar::valuation::Valuation;
+use crate::schedule::eval;
 use crate::schedule::exits::{Guard, Test};
+use crate::schedule::expressions::{negate, quotient, sum, turned};
 use crate::schedule::items::{Edge, Item, ItemId, Items};
+use crate::schedule::meanings::{Meanings, STATES};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::rows::{self, Negated, Rows, Scaled};
 use crate::schedule::turns;
@@ -23,7 +28,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// Builds the statements that compute the outputs of the items.
-pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], style: Style) -> Schedule {
+pub(super) fn build(
+    signature: &Signature,
+    mut items: Items,
+    guards: &[Guard],
+    style: Style,
+    meanings: &Meanings,
+) -> Schedule {
     let mut distinct: Vec<ItemId> =
         items.outputs.iter().map(|(_, edge)| edge.item).filter(|item| !items.is_zero(*item)).collect();
     let nonzero = distinct.len();
@@ -35,7 +46,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
     let own_line = own_line(signature, &items, &rows, single);
     let flipped = flipped(&items, &own_line, &rows);
     let mut taken = Taken::by(signature);
-    let derived = names::assign(signature, &items, &own_line, &flipped, &mut taken);
+    let assigned = names::assign(signature, &items, &own_line, &flipped, &mut taken);
     let mut stores: FxHashMap<ItemId, Vec<(Output, Edge)>> = FxHashMap::default();
     for &(output, edge) in items.outputs.iter().filter(|(output, _)| !rows.side_by_side(output.part)) {
         if own_line[edge.item as usize] {
@@ -51,10 +62,13 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         adds: style.adds,
         own_line,
         flipped,
-        derived,
+        assigned,
+        meanings,
         stores,
         values: vec![None; count],
         variables: Vec::new(),
+        value_names: Vec::new(),
+        values_at: Default::default(),
         valuations: Vec::new(),
         statements: Vec::new(),
         taken,
@@ -65,6 +79,7 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
     guards.iter().for_each(|guard| builder.leave_where(guard));
     builder.outputs();
     let Builder { variables, statements, .. } = builder;
+    let statements = without_short_sections(statements);
     Schedule {
         signature: signature.clone(),
         parts: items.parts,
@@ -75,6 +90,20 @@ pub(super) fn build(signature: &Signature, mut items: Items, guards: &[Guard], s
         adds: style.adds,
         doubled: false,
     }
+}
+
+/// The statements without the headings of bodies in a part that is short enough to be read as a whole.
+fn without_short_sections(statements: Vec<Statement>) -> Vec<Statement> {
+    const LONG: usize = 60;
+    let starts = |_: &Statement, next: &Statement| !matches!(next, Statement::Heading(_, None));
+    let parts: Vec<usize> = statements.chunk_by(starts).map(<[Statement]>::len).collect();
+    let mut statements = statements.into_iter();
+    let mut kept = Vec::new();
+    for length in parts {
+        let whole = statements.by_ref().take(length);
+        kept.extend(whole.filter(|s| length >= LONG || !matches!(s, Statement::Heading(_, Some(_)))));
+    }
+    kept
 }
 
 /// Which items get a line of their own: items that are used twice or named, and items that do not fit into a
@@ -150,7 +179,9 @@ fn flipped(items: &Items, own_line: &[bool], rows: &Rows) -> Vec<bool> {
     }
     let named = items.sources.iter().map(Option::is_some);
     let turns = own_line.iter().zip(named).zip(free.iter().zip(&votes));
-    turns.map(|((own, named), (free, votes))| *own && !named && *free && *votes < 0).collect()
+    let flip =
+        |((own, named), (free, votes)): ((&bool, bool), (&bool, &i32))| *own && !named && *free && *votes < 0;
+    turns.map(flip).collect()
 }
 
 /// The item or output whose name is the stem of the numbered names in a subtree.
@@ -170,8 +201,9 @@ pub(super) struct Builder<'a> {
     own_line: Vec<bool>,
     /// Whether the name of an item denotes its negative.
     flipped: Vec<bool>,
-    /// Names derived from the source.
-    derived: Vec<Option<String>>,
+    /// The names of items that are known before their statements.
+    assigned: Vec<Option<String>>,
+    meanings: &'a Meanings,
     /// The outputs equal to an item or its negative; they are stored when the item is computed.
     stores: FxHashMap<ItemId, Vec<(Output, Edge)>>,
     /// The outputs already stored.
@@ -181,6 +213,10 @@ pub(super) struct Builder<'a> {
     /// The expression for an item at its uses: a name, or the tree itself before its only use.
     values: Vec<Option<Expression>>,
     pub(super) variables: Vec<Variable>,
+    /// The descriptive name of every variable, if it has one.
+    value_names: Vec<Option<ValueName>>,
+    /// The value of every variable at each state of the meanings.
+    values_at: [Vec<Option<Value<f64>>>; STATES],
     /// The valuation of every variable: how the variable vanishes or grows as positions coincide.
     valuations: Vec<Valuation>,
     statements: Vec<Statement>,
@@ -216,7 +252,7 @@ impl Builder<'_> {
             // Negate a named value: inverting the comparison gives a different result for NaN.
             let acts = self.fit_statement(acts, Room::DEFINITION);
             let name = self.taken.claim("acts");
-            let name = Expression::Name(self.define(name, acts));
+            let name = Expression::Name(self.define(Some(name), acts));
             self.statements.push(Statement::Leave(Expression::Not(Box::new(name))));
         }
         if let Some(holds) = holds {
@@ -234,7 +270,8 @@ impl Builder<'_> {
         parts.sort_by_key(|part| !part.is_list() && !looped(part));
         for part in parts {
             self.part = part;
-            self.statements.push(Statement::Heading(part));
+            self.statements.push(Statement::Heading(part, None));
+            let mut rows_of = part.body_of_row(self.signature, 0);
             let outputs: Vec<(Output, Edge)> =
                 self.items.outputs.iter().filter(|(output, _)| output.part == part).copied().collect();
             let together =
@@ -250,6 +287,11 @@ impl Builder<'_> {
             for row in outputs.chunk_by(together) {
                 let filled = row.iter().filter(|(_, edge)| !self.items.is_zero(edge.item));
                 let filled: Vec<(Output, Edge)> = filled.copied().collect();
+                let body = row.first().and_then(|(output, _)| part.body_of_row(self.signature, output.row));
+                if !filled.is_empty() && body != rows_of {
+                    rows_of = body;
+                    self.statements.push(Statement::Heading(part, body));
+                }
                 for (output, edge) in &filled {
                     self.visit(edge.item, Family::Output(*output));
                     self.store_all(edge.item);
@@ -284,6 +326,8 @@ impl Builder<'_> {
         let name = Name(self.variables.len() as u32);
         let text = self.taken.claim(&format!("{}_columns", part.stem(self.signature)));
         self.variables.push(Variable { name: text, truth: false });
+        self.value_names.push(None);
+        self.values_at.iter_mut().for_each(|values| values.push(None));
         self.valuations.push(Valuation::ZERO);
         self.statements.push(Statement::Columns(name, columns));
         for (row, factor) in &scaled.rows {
@@ -356,7 +400,7 @@ impl Builder<'_> {
 
     fn enter(&mut self, stack: &mut Vec<Frame>, item: ItemId, family: Family) {
         if self.values[item as usize].is_none() {
-            let family = if self.derived[item as usize].is_some() { Family::Item(item) } else { family };
+            let family = if self.assigned[item as usize].is_some() { Family::Item(item) } else { family };
             stack.push(Frame {
                 item,
                 operands: self.items.items[item as usize].operands().into_iter(),
@@ -381,22 +425,47 @@ impl Builder<'_> {
         }
         let value = if self.flipped[item as usize] { negate(value) } else { value };
         let value = self.fit_statement(value, Room::DEFINITION);
-        let name = match &self.derived[item as usize] {
-            Some(name) => name.clone(),
-            None => self.numbered(),
-        };
-        let name = self.define(name, value);
+        let name = self.define(self.assigned[item as usize].clone(), value);
         self.values[item as usize] = Some(Expression::Name(name));
         self.store_all(item);
     }
 
-    fn define(&mut self, name: String, value: Expression) -> Name {
+    /// Defines a variable. Without a name, it gets one by its meaning or its operands, or else a number.
+    fn define(&mut self, name: Option<String>, value: Expression) -> Name {
         let truth = value.is_truth();
         let id = Name(self.variables.len() as u32);
+        let meaning = self.meaning(&value);
+        let derived =
+            || names::derived_name(self.signature, &|name| self.value_names[name.index()].as_ref(), &value);
+        let described = match &name {
+            Some(name) => Some(ValueName::source(name)),
+            None => meaning.or_else(derived),
+        };
+        let name = name.unwrap_or_else(|| match &described {
+            Some(described) => self.taken.claim(&described.text),
+            None => self.numbered(),
+        });
         self.valuations.push(self.valuation(&value));
         self.variables.push(Variable { name, truth });
+        self.value_names.push(described);
         self.statements.push(Statement::Let(id, value));
         id
+    }
+
+    /// The name of an expression's value, if the source speaks of it; records the value for later expressions.
+    fn meaning(&mut self, value: &Expression) -> Option<ValueName> {
+        if self.meanings.is_empty() {
+            return None;
+        }
+        let values: [Option<Value<f64>>; STATES] = std::array::from_fn(|state| {
+            let input = |slot| self.meanings.input(self.signature, slot)[state];
+            eval::evaluate(value, &self.values_at[state], &input)
+        });
+        for (all, value) in self.values_at.iter_mut().zip(&values) {
+            all.push(value.clone());
+        }
+        let values: Vec<Value<f64>> = values.into_iter().collect::<Option<_>>()?;
+        self.meanings.find(&values.try_into().ok()?)
     }
 
     /// The valuation of a tree: how the tree vanishes or grows as positions coincide.
@@ -450,7 +519,7 @@ impl Builder<'_> {
 
     fn stem(&self) -> String {
         match self.family {
-            Family::Item(item) => self.derived[item as usize].clone().expect("a family has a name"),
+            Family::Item(item) => self.assigned[item as usize].clone().expect("a family has a name"),
             Family::Output(output) => names::output_name(self.signature, output),
         }
     }
@@ -546,122 +615,8 @@ impl Builder<'_> {
 
     /// Moves a tree to a line of its own and returns its name.
     pub(super) fn part(&mut self, value: Expression) -> Expression {
-        let name = self.numbered();
-        Expression::Name(self.define(name, value))
+        Expression::Name(self.define(None, value))
     }
-}
-
-/// −x, with an existing sign flipped where possible.
-pub(super) fn negate(value: Expression) -> Expression {
-    match free_negative(&value) {
-        Some(negative) => negative,
-        None => Expression::Negative(Box::new(value)),
-    }
-}
-
-/// −x, if the negation costs no operation.
-fn free_negative(value: &Expression) -> Option<Expression> {
-    match value {
-        Expression::Literal(number) => Some(Expression::Literal(-number)),
-        Expression::Negative(x) => Some((**x).clone()),
-        Expression::Difference(pair) => {
-            let [first, second] = &**pair;
-            Some(Expression::Difference(Box::new([second.clone(), first.clone()])))
-        }
-        Expression::Sum(terms) => {
-            let turned: Vec<_> = terms.iter().map(|(negative, x)| (!negative, x.clone())).collect();
-            match sum(turned) {
-                Expression::Sum(terms) if terms[0].0 => None,
-                sum => Some(sum),
-            }
-        }
-        Expression::Quotient(over, under) => {
-            let (index, factor) =
-                over.iter().enumerate().find_map(|(i, factor)| free_negative(factor).map(|f| (i, f)))?;
-            let mut over = over.clone();
-            over[index] = factor;
-            Some(Expression::Quotient(over, under.clone()))
-        }
-        _ => None,
-    }
-}
-
-/// The sides of a comparison with as few signs as possible: −x < −y becomes y < x, −x < 0 becomes 0 < x.
-fn turned(x: Expression, y: Expression) -> [Expression; 2] {
-    let sign = |side: &Expression| match side {
-        Expression::Negative(_) => -1,
-        Expression::Literal(value) if value.is_zero() => 0,
-        Expression::Literal(value) if value.is_negative() => -1,
-        _ => 1,
-    };
-    if sign(&x) + sign(&y) < 0 { [negate(y), negate(x)] } else { [x, y] }
-}
-
-/// A sum whose first term is positive if any term is.
-pub(super) fn sum(mut terms: Vec<(bool, Expression)>) -> Expression {
-    for (negative, term) in &mut terms {
-        if let Expression::Negative(x) = term {
-            *term = std::mem::replace(x, Expression::Known(false));
-            *negative = !*negative;
-        }
-    }
-    if terms[0].0 {
-        if let Some(positive) = terms.iter().position(|(negative, _)| !negative) {
-            terms[..=positive].rotate_right(1);
-        } else if let Some((index, turned)) =
-            terms.iter().enumerate().find_map(|(i, (_, x))| free_negative(x).map(|x| (i, x)))
-        {
-            terms[..=index].rotate_right(1);
-            terms[0] = (false, turned);
-        }
-    }
-    Expression::Sum(terms)
-}
-
-/// A quotient into which factors that are products or quotients are merged; its numeric factors become one
-/// leading number.
-pub(super) fn quotient(over: Vec<Expression>, under: Vec<Expression>) -> Expression {
-    let mut number = Exact::ONE;
-    let mut negative = false;
-    let (mut factors, mut divisors) = (Vec::new(), Vec::new());
-    let mut unsigned = |factor: Expression| match factor {
-        Expression::Negative(x) => {
-            negative = !negative;
-            *x
-        }
-        factor => factor,
-    };
-    for factor in over {
-        match unsigned(factor) {
-            Expression::Quotient(over, under) => {
-                factors.extend(over);
-                divisors.extend(under);
-            }
-            factor => factors.push(factor),
-        }
-    }
-    for divisor in under {
-        match unsigned(divisor) {
-            Expression::Quotient(over, under) if under.is_empty() => divisors.extend(over),
-            divisor => divisors.push(divisor),
-        }
-    }
-    factors.retain(|factor| match factor {
-        Expression::Literal(value) => {
-            number = &number * value;
-            false
-        }
-        _ => true,
-    });
-    if !number.is_one() {
-        factors.insert(0, Expression::Literal(number));
-    }
-    let value = if factors.len() == 1 && divisors.is_empty() {
-        factors.remove(0)
-    } else {
-        Expression::Quotient(factors, divisors)
-    };
-    if negative { negate(value) } else { value }
 }
 
 impl Items {

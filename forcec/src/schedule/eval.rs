@@ -68,7 +68,7 @@ impl Schedule {
                         }
                     }
                 }
-                Statement::Heading(_) => {}
+                Statement::Heading(..) => {}
                 Statement::Leave(holds) => {
                     if evaluate(holds, &names, inputs)?.truth() {
                         outputs.fill(Some(zero()));
@@ -86,7 +86,8 @@ impl Schedule {
     }
 }
 
-fn evaluate<N: Number>(
+/// The value of an expression; `None` if a temporary has none.
+pub(super) fn evaluate<N: Number>(
     expression: &Expression,
     names: &[Option<Value<N>>],
     inputs: &dyn Fn(Slot) -> N,

@@ -20,7 +20,7 @@ impl Schedule {
                 | Statement::Leave(value) => std::slice::from_mut(value),
                 Statement::Scaled { factor, .. } => std::slice::from_mut(factor),
                 Statement::Columns(_, values) => values.as_mut_slice(),
-                Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(_) => &mut [],
+                Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(..) => &mut [],
             };
             for expression in expressions {
                 fit(expression, precision)?;

@@ -11,10 +11,12 @@ use crate::math::functions::{Cost, Function, Operator};
 use crate::math::number::Comparison;
 use crate::model::bodies::{Signature, Slot};
 use crate::model::outputs::{Array, Output, Part};
+use crate::names::values::ValueName;
 use crate::scalar::valuation::Valuation;
 use crate::scalar::{Id, Node, Program};
 use crate::schedule::Style;
 use crate::schedule::doubled::Pair;
+use crate::schedule::meanings::Meanings;
 use rustc_hash::{FxHashMap, FxHashSet};
 use smallvec::SmallVec;
 
@@ -99,10 +101,10 @@ pub(super) struct Items {
     pub(super) items: Vec<Item>,
     /// The name in the source, if any.
     pub(super) sources: Vec<Option<String>>,
+    /// The names of items whose values the source speaks of.
+    pub(super) meanings: FxHashMap<ItemId, ValueName>,
     /// The number of reads of an item, by items and by outputs.
     pub(super) uses: Vec<u32>,
-    /// The base and exponent of the items that are powers.
-    pub(super) powers: FxHashMap<ItemId, (ItemId, u32)>,
     /// The quotients that stay as written in the source.
     pub(super) written: FxHashSet<ItemId>,
     /// The computed results, in order.
@@ -115,8 +117,9 @@ pub(super) struct Items {
 const LONGEST_APART: u32 = 4;
 
 /// The live nodes of a program as items.
-pub(super) fn lower(program: &Program, style: Style) -> Items {
+pub(super) fn lower(program: &Program, style: Style, meanings: &Meanings) -> Items {
     let live = program.live();
+    let found = meanings.of_nodes(&program.signature, &program.graph);
     let mut lowering = Lowering {
         program,
         style,
@@ -124,6 +127,8 @@ pub(super) fn lower(program: &Program, style: Style) -> Items {
         items: Vec::new(),
         valuations: Vec::new(),
         sources: Vec::new(),
+        found,
+        meanings: FxHashMap::default(),
         of: vec![None; live.len()],
         inputs: FxHashMap::default(),
         numbers: FxHashMap::default(),
@@ -143,14 +148,14 @@ pub(super) fn lower(program: &Program, style: Style) -> Items {
     for (output, id) in program.arrays.iter().flat_map(Array::outputs) {
         outputs.push((output, lowering.edge(*id)));
     }
-    let Lowering { items, sources, powers, written, .. } = lowering;
+    let Lowering { items, sources, meanings, written, .. } = lowering;
     let mut uses = vec![0u32; items.len()];
     let reads = items.iter().flat_map(Item::operands);
     for item in reads.chain(outputs.iter().map(|(_, edge)| edge.item)) {
         uses[item as usize] += 1;
     }
     let parts = program.arrays.iter().map(|array| array.part).collect();
-    Items { items, sources, uses, powers, written, parts, outputs }
+    Items { items, sources, meanings, uses, written, parts, outputs }
 }
 
 /// The number of reads of each node by live nodes and outputs; a read of a multiple counts as a read of the
@@ -178,6 +183,9 @@ pub(super) struct Lowering<'a> {
     /// The valuations of the items: how they vanish or grow as positions coincide.
     valuations: Vec<Valuation>,
     sources: Vec<Option<String>>,
+    /// The name of each node's value, if the source speaks of it.
+    found: Vec<Option<ValueName>>,
+    meanings: FxHashMap<ItemId, ValueName>,
     of: Vec<Option<ItemId>>,
     inputs: FxHashMap<Slot, ItemId>,
     numbers: FxHashMap<Exact, ItemId>,
@@ -260,6 +268,9 @@ impl Lowering<'_> {
         self.of[id.index()] = Some(item);
         if let Some(name) = self.program.graph.name(id) {
             self.sources[item as usize].get_or_insert_with(|| name.to_owned());
+        }
+        if let Some(name) = &self.found[id.index()] {
+            self.meanings.entry(item).or_insert_with(|| name.clone());
         }
     }
 

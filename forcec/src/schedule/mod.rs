@@ -9,8 +9,10 @@ mod build;
 pub(crate) mod doubled;
 mod eval;
 mod exits;
+mod expressions;
 mod fit;
 mod items;
+pub mod meanings;
 mod names;
 pub mod print;
 mod rows;
@@ -25,6 +27,7 @@ use crate::math::special;
 use crate::model::bodies::{Signature, Slot};
 pub use crate::model::outputs::{Output, Part};
 use crate::scalar::{Operations, Program};
+use meanings::Meanings;
 use std::fmt;
 use std::ops::Range;
 
@@ -213,8 +216,8 @@ pub enum Statement {
         /// The first of the rows that are negated.
         from: usize,
     },
-    /// Marks the start of the statements of a result.
-    Heading(Part),
+    /// Marks the start of the statements of an output, or of its rows of a body.
+    Heading(Part, Option<u16>),
     /// If the condition is true, sets every output to zero and returns.
     Leave(Expression),
 }
@@ -229,7 +232,7 @@ impl Statement {
             | Statement::Leave(value) => std::slice::from_ref(value),
             Statement::Scaled { factor, .. } => std::slice::from_ref(factor),
             Statement::Columns(_, values) => values,
-            Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(_) => &[],
+            Statement::Zero { .. } | Statement::Negated { .. } | Statement::Heading(..) => &[],
         }
     }
 }
@@ -268,12 +271,12 @@ pub struct Style {
     pub adds: bool,
 }
 
-/// Schedules a program: the statements that compute its outputs.
-pub fn schedule(program: &Program, style: Style) -> Schedule {
+/// Schedules a program: the statements that compute its outputs. `meanings` has names for their values.
+pub fn schedule(program: &Program, style: Style, meanings: &Meanings) -> Schedule {
     let build = |guards: bool| {
-        let mut items = crate::schedule::items::lower(program, style);
+        let mut items = crate::schedule::items::lower(program, style, meanings);
         let guards = if guards { crate::schedule::exits::guards(&mut items) } else { Vec::new() };
-        (build::build(&program.signature, items, &guards, style), !guards.is_empty())
+        (build::build(&program.signature, items, &guards, style, meanings), !guards.is_empty())
     };
     let (schedule, leaves) = build(!style.single);
     // A kernel split into several functions cannot return early from one of them.
@@ -310,7 +313,7 @@ impl Schedule {
     /// The number of definitions and stores; a loop counts as one.
     #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
     pub fn lines(&self) -> usize {
-        let counts = |s: &&Statement| !matches!(s, Statement::Zero { .. } | Statement::Heading(_));
+        let counts = |s: &&Statement| !matches!(s, Statement::Zero { .. } | Statement::Heading(..));
         self.statements.iter().filter(counts).count()
     }
 

@@ -1,16 +1,18 @@
 //! Descriptive names of temporaries: unique, plain identifiers of C, C++ and Rust.
 //!
-//! In: items. Out: a name for every item on a line of its own, if the source suggests one: the author's name,
-//! the output it is stored to, the argument entry it loads, or a name built from its operands (`inv_length`,
-//! `sin_angle`, `k_x`). The scheduler numbers the other temporaries within the statement they serve, so that
+//! In: items and expressions. Out: a name for every value on a line of its own, if the source suggests one: the
+//! author's name, the output it is stored to, a value that the source speaks of, the argument entry it loads,
+//! or a name built from its operands (`inv_length`, `sin_angle`, `k_x`). The scheduler numbers the other temporaries within the statement they serve, so that
 //! an edit elsewhere in the source does not rename them.
 
 use crate::math::exact::Exact;
 use crate::math::number::Comparison;
-use crate::model::bodies::{Role, Signature, Slot};
+use crate::model::bodies::Signature;
 use crate::model::outputs::Output;
+use crate::names::values::{ValueName, difference_name, entry_name, flat};
 use crate::names::{Arguments, Target, is_no_local, spelled};
-use crate::schedule::items::{Edge, Item, ItemId, Items};
+use crate::schedule::items::{Item, ItemId, Items};
+use crate::schedule::{Expression, Name};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// The longest name of a temporary; the middle of a longer name is cut out.
@@ -94,7 +96,7 @@ impl Taken {
 /// The name of an output: `force_a_x`, `dfdx_a_ry_b_x`; with numeric indices where the names of the bodies
 /// are long.
 pub(super) fn output_name(signature: &Signature, output: Output) -> String {
-    let name = output.named(signature).replace(['.', '['], "_").replace(']', "");
+    let name = flat(&output.named(signature));
     let Output { part, row, column } = output;
     match name.len() {
         ..=LONGEST_STEM => name,
@@ -105,7 +107,8 @@ pub(super) fn output_name(signature: &Signature, output: Output) -> String {
     }
 }
 
-/// Names derived from the source, for the items on lines of their own.
+/// The names of items that are known before their statements: the author's names, names of outputs, and names
+/// of values that the source speaks of. The scheduler derives the other names.
 pub(super) fn assign(
     signature: &Signature,
     items: &Items,
@@ -113,8 +116,7 @@ pub(super) fn assign(
     flipped: &[bool],
     taken: &mut Taken,
 ) -> Vec<Option<String>> {
-    let count = items.items.len();
-    let mut names: Vec<Option<String>> = vec![None; count];
+    let mut names: Vec<Option<String>> = vec![None; items.items.len()];
     for (name, source) in names.iter_mut().zip(&items.sources) {
         *name = source.as_ref().map(|source| taken.claim(source));
     }
@@ -126,165 +128,82 @@ pub(super) fn assign(
             names[item] = Some(taken.claim(&output_name(signature, *output)));
         }
     }
-    let mut bases: Vec<Option<DerivedName>> = vec![None; count];
-    for item in 0..count {
-        let derived = match &names[item] {
-            Some(name) if items.sources[item].is_some() => Some(DerivedName::source(name.clone())),
-            Some(_) => None,
-            None if flipped[item] && !matches!(items.items[item], Item::Sum(_) | Item::Difference(..)) => {
-                None
-            }
-            None => derived_name(signature, items, &bases, flipped, item as ItemId),
-        };
-        if own_line[item] && names[item].is_none() {
-            names[item] = derived.as_ref().map(|derived| taken.claim(&derived.name));
+    for (item, name) in names.iter_mut().enumerate().filter(|(item, _)| own_line[*item]) {
+        if let Some(meaning) = items.meanings.get(&(item as ItemId)).filter(|_| name.is_none()) {
+            let meaning = if flipped[item] { meaning.opposite() } else { meaning.clone() };
+            *name = Some(taken.claim(&meaning.text));
         }
-        bases[item] = derived;
     }
     names
 }
 
-/// The name of a loaded entry: `a_q_x`, `arm_a_x`, `m_0_1`.
-fn slot_name(signature: &Signature, slot: Slot) -> String {
-    let name = signature.slot_name(slot);
-    let name = match (signature.role(slot), name.split_once('.')) {
-        (Some(role), Some((body, entry))) => {
-            let letter = match role {
-                Role::Position => "p",
-                Role::Orientation => "q",
-                Role::Velocity => "v",
-                Role::AngularVelocity => "w",
-            };
-            format!("{body}_{letter}_{}", entry.rsplit('.').next().unwrap_or_default())
-        }
-        _ => name,
-    };
-    name.replace(['.', '['], "_").replace(']', "")
-}
-
-/// A name built from the operands of an item, and the length that is assumed for the name.
-#[derive(Clone)]
-struct DerivedName {
-    name: String,
-    /// The assumed length of an author's name is constant, so that renaming a value does not change other
-    /// names.
-    length: usize,
-}
-
-impl DerivedName {
-    /// A longer derived name is rejected.
-    const SHORT: usize = 20;
-
-    /// A name chosen by the author.
-    fn source(name: String) -> DerivedName {
-        const LENGTH: usize = 7;
-        DerivedName { name, length: LENGTH }
-    }
-
-    fn plain(name: impl Into<String>) -> DerivedName {
-        let name = name.into();
-        DerivedName { length: name.len(), name }
-    }
-
-    fn and(&self, text: &str) -> DerivedName {
-        DerivedName { name: format!("{}{text}", self.name), length: self.length + text.len() }
-    }
-
-    fn then(self, other: &DerivedName) -> DerivedName {
-        DerivedName { name: self.name + &other.name, length: self.length + other.length }
-    }
-}
-
-/// The name of a product of two entries of one quaternion, `a_q_xy`.
-fn quaternion_product(signature: &Signature, items: &Items, x: ItemId, y: ItemId) -> Option<String> {
-    let [&Item::Input(first), &Item::Input(second)] = [x, y].map(|id| &items.items[id as usize]) else {
-        return None;
-    };
-    let is_quaternion = signature.role(first) == Some(Role::Orientation);
-    let (first, second) = if first.offset <= second.offset { (first, second) } else { (second, first) };
-    if !is_quaternion || (first.argument, first.field) != (second.argument, second.field) {
-        return None;
-    }
-    let second = slot_name(signature, second);
-    Some(slot_name(signature, first) + second.rsplit('_').next().unwrap_or_default())
-}
-
-/// A name built from the operands of an item, if the name is short.
-fn derived_name(
+/// A name built from the operands of an expression, if the name is short; `variable` gives the name of a
+/// temporary.
+pub(super) fn derived_name<'n>(
     signature: &Signature,
-    items: &Items,
-    bases: &[Option<DerivedName>],
-    flipped: &[bool],
-    item: ItemId,
-) -> Option<DerivedName> {
-    let base = |id: ItemId| if flipped[id as usize] { None } else { bases[id as usize].as_ref() };
-    let flipped = flipped[item as usize];
-    let derived = match &items.items[item as usize] {
-        Item::Input(slot) => {
-            return Some(DerivedName::plain(tidy(&slot_name(signature, *slot))));
+    variable: &dyn Fn(Name) -> Option<&'n ValueName>,
+    value: &Expression,
+) -> Option<ValueName> {
+    let of = |value: &Expression| derived_name(signature, variable, value);
+    let name = match value {
+        Expression::Input(slot) => return Some(ValueName::plain(tidy(&entry_name(signature, *slot)))),
+        Expression::Name(name) => variable(*name)?.clone(),
+        Expression::Negative(x) => of(x)?.opposite(),
+        Expression::Difference(pair) => {
+            let [Expression::Input(to), Expression::Input(from)] = &**pair else { return None };
+            let name = entry_name(signature, *to);
+            let axis = name.rsplit('_').next()?;
+            let name = format!("{}_{axis}", difference_name(signature, *to, *from)?);
+            return Some(ValueName::plain(tidy(&name)));
         }
-        Item::Difference(first, second) => {
-            let (first, second) = if flipped { (second, first) } else { (first, second) };
-            let [&Item::Input(to), Item::Input(from)] = [first, second].map(|id| &items.items[*id as usize])
-            else {
-                return None;
-            };
-            let body = &signature.bodies.get(from.argument as usize)?.name;
-            let name = slot_name(signature, to).replacen('_', &format!("_minus_{body}_"), 1);
-            return Some(DerivedName::plain(tidy(&name.replace("_p_", "_"))));
-        }
-        Item::Quotient(..) if items.powers.contains_key(&item) => {
-            let (of, exponent) = items.powers[&item];
-            match exponent {
-                2 => base(of)?.and("_sq"),
-                _ => base(of)?.and(&format!("_pow{exponent}")),
-            }
-        }
-        Item::Quotient(over, under) => match (over.as_slice(), under.as_slice()) {
-            ([], [x]) => DerivedName::plain("inv_").then(base(*x)?),
-            ([x], [y]) => base(*x)?.and("_per_").then(base(*y)?),
-            ([x, y], []) => match &items.items[*x as usize] {
-                Item::Number(number) if *number == Exact::from(2) => {
-                    DerivedName::plain("two_").then(base(*y)?)
+        Expression::Quotient(over, under) => match (over.as_slice(), under.as_slice()) {
+            ([], [x]) => of(x)?.power(-1),
+            ([x], [y]) => of(x)?.join("_per_", &of(y)?),
+            ([Expression::Literal(number), y], []) if *number == Exact::from(2) => of(y)?.after("two_"),
+            ([Expression::Literal(number), y], []) if *number == Exact::ratio(1, 2) => of(y)?.after("half_"),
+            ([x, y], []) => {
+                if let Some(name) = quaternion_product(signature, variable, [x, y]) {
+                    return Some(ValueName::plain(tidy(&name)));
                 }
-                Item::Number(number) if *number == Exact::ratio(1, 2) => {
-                    DerivedName::plain("half_").then(base(*y)?)
-                }
-                _ => match quaternion_product(signature, items, *x, *y) {
-                    Some(name) => return Some(DerivedName::plain(tidy(&name))),
-                    None => base(*x)?.and("_").then(base(*y)?),
-                },
-            },
-            _ => return None,
-        },
-        Item::Call(function, arguments) if function.order().is_none() => match arguments.as_slice() {
-            [x] if !x.negative => DerivedName::plain(format!("{}_", function.row().name)).then(base(x.item)?),
-            _ => return None,
-        },
-        Item::Sum(edges) => match edges.as_slice() {
-            [x, y] => {
-                let (x, y) = if x.negative != flipped { (y, x) } else { (x, y) };
-                if x.negative != flipped {
-                    return None;
-                }
-                let sign = if y.negative != flipped { "_minus_" } else { "_plus_" };
-                base(x.item)?.and(sign).then(base(y.item)?)
+                of(x)?.times(&of(y)?)
             }
             _ => return None,
         },
-        Item::Compare(Comparison::Less, x, y) => {
-            let zero =
-                |edge: &Edge| matches!(&items.items[edge.item as usize], Item::Number(n) if n.is_zero());
-            match (x.negative, y.negative) {
-                (false, false) if zero(y) => base(x.item)?.and("_negative"),
-                (true, false) if zero(y) => base(x.item)?.and("_positive"),
-                (false, false) => base(x.item)?.and("_below_").then(base(y.item)?),
-                _ => return None,
+        Expression::Call(function, arguments) => match arguments.as_slice() {
+            [x] => of(x)?.call(*function)?,
+            _ => return None,
+        },
+        Expression::Sum(terms) => match terms.as_slice() {
+            [(false, x), (negative, y)] => of(x)?.join(if *negative { "_minus_" } else { "_plus_" }, &of(y)?),
+            _ => return None,
+        },
+        Expression::Compare(Comparison::Less, pair) => {
+            let zero = |side: &Expression| matches!(side, Expression::Literal(n) if n.is_zero());
+            let [x, y] = &**pair;
+            match (zero(x), zero(y)) {
+                (_, true) => of(x)?.and("_negative"),
+                (true, _) => of(y)?.and("_positive"),
+                _ => of(x)?.join("_below_", &of(y)?),
             }
         }
         _ => return None,
     };
-    (derived.length <= DerivedName::SHORT).then_some(derived)
+    name.short()
+}
+
+/// The name of a product of two entries of one quaternion, `a_q_xy`.
+fn quaternion_product<'n>(
+    signature: &Signature,
+    variable: &dyn Fn(Name) -> Option<&'n ValueName>,
+    factors: [&Expression; 2],
+) -> Option<String> {
+    let entry = |factor: &Expression| derived_name(signature, variable, factor).map(|name| name.text);
+    let [x, y] = [entry(factors[0])?, entry(factors[1])?];
+    let ((of, first), (other, second)) = (x.rsplit_once('_')?, y.rsplit_once('_')?);
+    let is_quaternion = signature.bodies.iter().any(|body| of.strip_prefix(&body.name) == Some("_q"));
+    let (first, second) = if first < second || second == "w" { (first, second) } else { (second, first) };
+    let single = first.len() == 1 && second.len() == 1 && first != second;
+    (is_quaternion && of == other && single).then(|| format!("{of}_{first}{second}"))
 }
 
 #[cfg(test)]

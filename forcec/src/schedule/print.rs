@@ -83,7 +83,14 @@ pub fn statement(dialect: &dyn Dialect, variables: &[Variable], statement: &Stat
             dialect.scaled(*part, *row, &printer.text(factor), &variables[columns.index()])
         }
         Statement::Negated { part, rows, of, from } => dialect.negated(*part, rows, *of, *from),
-        Statement::Heading(part) => dialect.remark(&part.titled(dialect.signature())),
+        Statement::Heading(part, body) => {
+            let signature = dialect.signature();
+            let mut title = part.titled(signature);
+            if let Some(body) = body {
+                title += &format!(", rows of {}", signature.bodies[usize::from(*body)].name);
+            }
+            dialect.remark(&title)
+        }
         Statement::Leave(holds) => dialect.leave(&printer.text(holds)),
     }
 }

@@ -66,7 +66,7 @@ impl Schedule {
         let mut sections = Vec::new();
         for (start, end) in starts.zip(ends.iter().copied()) {
             let statements = &self.statements[start..end];
-            if let Some(Statement::Heading(first)) = statements.first() {
+            if let Some(Statement::Heading(first, _)) = statements.first() {
                 part = *first;
             }
             let mut read: Vec<Name> = statements.iter().flat_map(Statement::reads).collect();
@@ -97,7 +97,7 @@ impl Schedule {
                 stores: statements.iter().any(Statement::stores),
             });
             let headings = statements.iter().filter_map(|statement| match statement {
-                Statement::Heading(part) => Some(*part),
+                Statement::Heading(part, _) => Some(*part),
                 _ => None,
             });
             part = headings.fold(part, |_, last| last);
@@ -187,6 +187,6 @@ impl Statement {
 
     /// Whether the statement writes results.
     pub fn stores(&self) -> bool {
-        !matches!(self, Statement::Let(..) | Statement::Columns(..) | Statement::Heading(_))
+        !matches!(self, Statement::Let(..) | Statement::Columns(..) | Statement::Heading(..))
     }
 }

@@ -9,7 +9,8 @@
 use crate::math::functions::Function;
 use crate::model::bodies::{Signature, Slot};
 use crate::names::{Target, spelled};
-use crate::schedule::build::{Builder, quotient, sum};
+use crate::schedule::build::Builder;
+use crate::schedule::expressions::{quotient, sum};
 use crate::schedule::{Expression, Variable};
 
 /// Inputs that are longer than this get a short name.

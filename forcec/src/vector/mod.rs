@@ -184,6 +184,8 @@ pub struct Graph {
     held: FxHashMap<u32, u32>,
     /// The names of the lets.
     names: BTreeMap<u32, String>,
+    /// The names of helpers, for the values that they return.
+    helpers: BTreeMap<u32, String>,
     /// The arguments that slots refer to.
     pub signature: Signature,
     simplify: bool,
@@ -226,6 +228,7 @@ impl Graph {
             nodes: IndexSet::default(),
             held: FxHashMap::default(),
             names: BTreeMap::new(),
+            helpers: BTreeMap::new(),
             signature,
             simplify: true,
             folding: 0,
@@ -296,6 +299,16 @@ impl Graph {
     /// The name of a let.
     pub fn name(&self, index: usize) -> Option<&str> {
         self.names.get(&(index as u32)).map(String::as_str)
+    }
+
+    /// The name of the helper that returned a value.
+    pub fn helper(&self, index: usize) -> Option<&str> {
+        self.helpers.get(&(index as u32)).map(String::as_str)
+    }
+
+    /// Records that a helper returned a value: a name for readers, without effect on the graph.
+    pub fn returned_by(&mut self, index: usize, helper: &str) {
+        self.helpers.entry(index as u32).or_insert_with(|| helper.to_owned());
     }
 
     fn intern(&mut self, node: Node) -> u32 {

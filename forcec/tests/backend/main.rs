@@ -10,6 +10,7 @@ use forcec::internals::model::bodies::Slot;
 use forcec::internals::names::Arguments;
 use forcec::internals::scalar::eval::{self, Outputs};
 use forcec::internals::scalar::{Operations, Program};
+use forcec::internals::schedule::meanings::Meanings;
 use forcec::internals::schedule::{Style, schedule};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -27,7 +28,7 @@ fn file() -> File {
         let docs =
             vec![format!("The kernel `{name}` /* odd */ text."), String::new(), "More about it.".to_owned()];
         let formulas = vec!["F = -J^T (stiffness C + damping dC/dt)".to_owned()];
-        Kernel::dense(name, docs, formulas, schedule(&program, Style::default()))
+        Kernel::dense(name, docs, formulas, schedule(&program, Style::default(), &Meanings::default()))
     });
     File {
         stem: "made".to_owned(),
@@ -65,7 +66,7 @@ fn compare(text: &str) {
     for (name, program) in kernels() {
         let signature = program.signature.clone();
         let input = |slot: Slot| programs::input(&signature, slot);
-        let schedule = schedule(&program, Style::default());
+        let schedule = schedule(&program, Style::default(), &Meanings::default());
         let wide = schedule.evaluate::<f64>(&input).unwrap();
         let narrow = schedule.evaluate::<f32>(&|slot| input(slot) as f32).unwrap();
         let narrow: Vec<f64> = narrow.iter().map(|x| f64::from(*x)).collect();
@@ -90,8 +91,9 @@ fn schedules_compute_what_the_program_means() {
         let signature = program.signature.clone();
         let input = |slot: Slot| programs::input(&signature, slot);
         let exact: Outputs<f64> = eval::evaluate(&program, &input);
-        let scheduled =
-            schedule(&program, Style::default()).evaluate(&input).expect("every output is written");
+        let scheduled = schedule(&program, Style::default(), &Meanings::default())
+            .evaluate(&input)
+            .expect("every output is written");
         for (i, (x, y)) in exact.iter().zip(scheduled.iter()).enumerate() {
             let close = x == y || (x - y).abs() <= 1e-9 * x.abs().max(1e-3) || x.is_nan() && y.is_nan();
             assert!(close, "{name}, output {i}: {y} is not {x}");
@@ -348,7 +350,7 @@ fn recount(text: &str, freedoms: usize) -> Operations {
 #[test]
 fn operations_are_counted_on_the_text() {
     for (name, program) in kernels() {
-        let schedule = schedule(&program, Style::default());
+        let schedule = schedule(&program, Style::default(), &Meanings::default());
         let kernel = Kernel::dense(name.clone(), vec![], vec![], schedule);
         let operations = kernel.schedule.operations();
         let freedoms = kernel.schedule.signature.freedoms();
@@ -380,7 +382,7 @@ fn the_same_program_makes_the_same_text() {
 #[test]
 fn schedules_read_like_this() {
     for (name, program) in [("spring", programs::spring()), ("rows", programs::rows())] {
-        let text = schedule(&program, Style::default()).to_string();
+        let text = schedule(&program, Style::default(), &Meanings::default()).to_string();
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/backend/{name}.schedule"));
         if std::env::var_os("UPDATE").is_some() {
             std::fs::write(&path, &text).unwrap();
