@@ -4,7 +4,8 @@
 //! is solved, so the residual is zero and no method fails; stability limits h.
 
 use super::{BlockSize, Model, Outcome, Stepper, each_mass};
-use crate::system::assemble::{Assembly, Frame, Wants, add_angular, add_linear, angular, linear};
+use crate::system::assemble::{Assembly, Wants};
+use crate::system::inertia::{Frame, add_angular, add_linear, angular, linear};
 use nalgebra::{RealField, SVector, convert};
 
 impl<R: RealField + Copy, const D: usize> Stepper<'_, R, D>

@@ -4,7 +4,8 @@
 //! relative residual of the linear systems. A method returns `None` if a solver broke down.
 
 use super::{BlockSize, Model, Outcome, Stepper};
-use crate::system::assemble::{Assembly, Wants, add_angular, angular};
+use crate::system::assemble::{Assembly, Wants};
+use crate::system::inertia::{add_angular, angular};
 use nalgebra::{RealField, SVector, convert};
 use std::time::Instant;
 

@@ -7,7 +7,8 @@
 use crate::kernel::BodyKind;
 use crate::kernel::bodies::Rigid;
 use crate::state::moved;
-use crate::system::assemble::{Assembly, angular, linear};
+use crate::system::assemble::Assembly;
+use crate::system::inertia::{angular, linear};
 use crate::system::iterative::Workspace;
 use nalgebra::{Matrix3, RealField, SVector};
 

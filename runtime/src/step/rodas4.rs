@@ -6,7 +6,8 @@
 
 use super::explicit::pose_rate;
 use super::{BlockSize, Model, Outcome, Stepper, each_mass};
-use crate::system::assemble::{Assembly, Frame, Wants, add_angular, add_linear, angular, linear};
+use crate::system::assemble::{Assembly, Wants};
+use crate::system::inertia::{Frame, add_angular, add_linear, angular, linear};
 use nalgebra::{Matrix3, RealField, SVector, convert};
 
 impl<R: RealField + Copy, const D: usize> Stepper<'_, R, D>
