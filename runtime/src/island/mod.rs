@@ -21,7 +21,7 @@ use std::collections::BTreeSet;
 /// The state of activity of an island.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) enum Life {
+pub(crate) enum Activity {
     #[default]
     Awake,
     Asleep,
@@ -34,11 +34,11 @@ pub(crate) struct Island<R: RealField + Copy> {
     pub(crate) origin: Vector3<f64>,
     pub(crate) store: Store<R>,
     pub(crate) batches: Vec<Box<dyn Batch<R>>>,
-    pub(crate) life: Life,
+    pub(crate) activity: Activity,
     /// Whether bodies or forces were added or removed.
     pub(crate) changed: bool,
     /// Whether something was removed, so the island may have split.
-    pub(crate) torn: bool,
+    pub(crate) maybe_split: bool,
     pub(crate) control: Control<R>,
     engine: Engine<R>,
     /// The neighbours of each node, for cuts.
@@ -75,7 +75,7 @@ pub(crate) struct Energy<R> {
     pub(crate) total: R,
     /// The sum of the absolute terms.
     pub(crate) terms: R,
-    pub(crate) gap: R,
+    pub(crate) max_violation: R,
     /// The mass of the dynamic bodies, kg.
     pub(crate) mass: f64,
 }
@@ -99,9 +99,9 @@ impl<R: RealField + Copy> Island<R> {
             origin,
             store: Store::default(),
             batches: Vec::new(),
-            life: Life::Awake,
+            activity: Activity::Awake,
             changed: true,
-            torn: false,
+            maybe_split: false,
             control: Control {
                 energy: None,
                 most: R::zero(),
@@ -121,14 +121,14 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn wake(&mut self) {
         self.control.energy = None;
         self.forget();
-        self.stir();
+        self.wake_for_load();
     }
 
     /// After a change of loads: ends sleep; the known energy stays valid.
-    pub(crate) fn stir(&mut self) {
+    pub(crate) fn wake_for_load(&mut self) {
         self.control.still = R::zero();
-        if self.life == Life::Asleep {
-            self.life = Life::Awake;
+        if self.activity == Activity::Asleep {
+            self.activity = Activity::Awake;
         }
     }
 
@@ -139,8 +139,8 @@ impl<R: RealField + Copy> Island<R> {
         let rigid = self.store.rigid.iter().all(|body| slow(&body.velocity) && slow(&body.angular_velocity));
         let resting = rigid && self.store.particles.iter().all(|body| slow(&body.velocity));
         self.control.still = if resting { self.control.still + h } else { R::zero() };
-        if self.control.still >= sleep.time && self.life == Life::Awake {
-            self.life = Life::Asleep;
+        if self.control.still >= sleep.time && self.activity == Activity::Awake {
+            self.activity = Activity::Asleep;
         }
     }
 
@@ -216,7 +216,7 @@ impl<R: RealField + Copy> Island<R> {
             force: zeros.clone(),
             drift: zeros.clone(),
             driven: zeros.clone(),
-            lag: zeros,
+            momentum: zeros,
             nodes,
             ..Assembly::default()
         })
@@ -225,7 +225,8 @@ impl<R: RealField + Copy> Island<R> {
     /// Energy and the largest constraint violation at the present state.
     pub(crate) fn measure(&self, gravity: Vector3<R>) -> Energy<R> {
         let half = convert::<f64, R>(0.5);
-        let (mut kinetic, mut potential, mut terms, mut gap) = (R::zero(), R::zero(), R::zero(), R::zero());
+        let (mut kinetic, mut potential, mut terms, mut max_violation) =
+            (R::zero(), R::zero(), R::zero(), R::zero());
         let mut all = 0.0;
         let mut fall = |mass: R, position: Vector3<R>| {
             all += as_f64(mass);
@@ -252,9 +253,9 @@ impl<R: RealField + Copy> Island<R> {
             let one = batch.measure(&self.store.bodies());
             moving += one.energy;
             terms += one.energy.abs();
-            gap = gap.max(one.gap);
+            max_violation = max_violation.max(one.max_violation);
         }
-        Energy { moving, total: moving + potential, terms: terms + kinetic, gap, mass: all }
+        Energy { moving, total: moving + potential, terms: terms + kinetic, max_violation, mass: all }
     }
 
     /// The same, cached until the state changes.
@@ -285,7 +286,7 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn attempt(
         &mut self,
         h: R,
-        guard: Fallback<R>,
+        fallback: Fallback<R>,
         gravity: Vector3<R>,
         settings: &Settings<R>,
         report: &mut Report,
@@ -298,13 +299,13 @@ impl<R: RealField + Copy> Island<R> {
         let (solver, warm) = (settings.solver, control.warm && parts.is_empty());
         match engine {
             Engine::Three(model) => {
-                model.assembly.guard = guard;
+                model.assembly.fallback = fallback;
                 model.assembly.system.parts = parts;
                 Stepper { store, saved, batches, model, gravity, solver, warm, report }
                     .step(h, settings.integrator)
             }
             Engine::Six(model) => {
-                model.assembly.guard = guard;
+                model.assembly.fallback = fallback;
                 model.assembly.system.parts = parts;
                 Stepper { store, saved, batches, model, gravity, solver, warm, report }
                     .step(h, settings.integrator)
@@ -316,10 +317,10 @@ impl<R: RealField + Copy> Island<R> {
         self.store.restore(&self.saved);
     }
 
-    /// After an accepted step: stores multipliers and rates, but no rates of guarded forces.
-    pub(crate) fn keep(&mut self, integrator: Integrator, guard: Fallback<R>) {
+    /// After an accepted step: stores multipliers and rates, but no rates of modified forces.
+    pub(crate) fn keep(&mut self, integrator: Integrator, fallback: Fallback<R>) {
         self.batches.iter_mut().for_each(|batch| batch.keep());
-        self.control.warm = integrator == Integrator::GeneralizedAlpha && guard == Fallback::None;
+        self.control.warm = integrator == Integrator::GeneralizedAlpha && fallback == Fallback::None;
         if self.control.warm {
             match &self.engine {
                 Engine::Three(model) => model.keep_rates(&mut self.store),
@@ -331,19 +332,23 @@ impl<R: RealField + Copy> Island<R> {
     /// The power of forces without potential in the last assembly, and the largest factor by which a force
     /// was too stiff: infinite if a mass is negligible in rounding.
     pub(crate) fn assembled(&self) -> (R, R) {
-        let (power, capped, swamped) = match &self.engine {
-            Engine::Three(model) => (model.assembly.power, model.assembly.capped, model.assembly.swamped),
-            Engine::Six(model) => (model.assembly.power, model.assembly.capped, model.assembly.swamped),
+        let (power, capped, mass_negligible) = match &self.engine {
+            Engine::Three(model) => {
+                (model.assembly.power, model.assembly.capped, model.assembly.mass_negligible)
+            }
+            Engine::Six(model) => {
+                (model.assembly.power, model.assembly.capped, model.assembly.mass_negligible)
+            }
         };
-        (power, if swamped { R::one() / R::zero() } else { capped })
+        (power, if mass_negligible { R::one() / R::zero() } else { capped })
     }
 
     /// A body within the last step of `Rodas4`, at a fraction of its time.
-    pub(crate) fn between(&self, kind: BodyKind, index: usize, share: R) -> Option<crate::Rigid<R>> {
+    pub(crate) fn interpolate(&self, kind: BodyKind, index: usize, alpha: R) -> Option<crate::Rigid<R>> {
         let saved = self.saved.get(kind, index)?;
         match &self.engine {
-            Engine::Three(model) => model.between(kind, index, share, saved),
-            Engine::Six(model) => model.between(kind, index, share, saved),
+            Engine::Three(model) => model.interpolate(kind, index, alpha, saved),
+            Engine::Six(model) => model.interpolate(kind, index, alpha, saved),
         }
     }
 

@@ -62,8 +62,8 @@ where
         }
         let second = self.stage(h, step, step * step, |v1, v2| {
             let mut x = v1 * (h - step) + v2 * step;
-            let bend = angular(&x).cross(&angular(v2)) * (step * convert::<f64, R>(0.5));
-            add_angular(&mut x, -bend);
+            let correction = angular(&x).cross(&angular(v2)) * (step * convert::<f64, R>(0.5));
+            add_angular(&mut x, -correction);
             x
         })?;
         self.set(h);
@@ -92,13 +92,13 @@ where
         for left in (0..LINEARISATIONS).rev() {
             self.set(time);
             let Model { assembly, velocity, stages: [_, [origin, ..]], .. } = &mut *self.model;
-            for ((lag, v), origin) in assembly.lag.iter_mut().zip(velocity).zip(origin) {
-                *lag = *v - *origin;
+            for ((momentum, v), origin) in assembly.momentum.iter_mut().zip(velocity).zip(origin) {
+                *momentum = *v - *origin;
             }
-            let wants = Wants { matrix: true, exact: true, lag: true, held, ..Wants::default() };
+            let wants = Wants { matrix: true, exact: true, momentum: true, held, ..Wants::default() };
             self.assemble(step, stiffness, wants);
-            let Assembly { system, force, lag, .. } = &mut self.model.assembly;
-            for ((b, f), momentum) in system.rhs.iter_mut().zip(force).zip(lag) {
+            let Assembly { system, force, momentum, .. } = &mut self.model.assembly;
+            for ((b, f), momentum) in system.rhs.iter_mut().zip(force).zip(momentum) {
                 *b = *f * step - *momentum;
             }
             self.solve()?;

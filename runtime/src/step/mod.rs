@@ -52,7 +52,7 @@ pub enum Integrator {
 
 /// The block products per node above which iterations are cheaper than elimination: about the number for a
 /// square cloth of 200 × 200 particles.
-const DEAR: usize = 20_000;
+const MOST_PRODUCTS: usize = 20_000;
 
 /// One step of one island.
 pub(crate) struct Stepper<'a, R: RealField, const D: usize> {
@@ -180,9 +180,9 @@ where
         let Model { assembly, space, .. } = &mut *self.model;
         let system = &mut assembly.system;
         let tolerance = R::default_epsilon().sqrt() * convert(0.1);
-        let dear = system.products() > DEAR * system.nodes();
+        let iterate = system.products() > MOST_PRODUCTS * system.nodes();
         let method = match self.solver {
-            Solver::Automatic if dear => Solver::BiCgStab,
+            Solver::Automatic if iterate => Solver::BiCgStab,
             Solver::Automatic => Solver::Direct,
             chosen => chosen,
         };

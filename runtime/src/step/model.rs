@@ -31,7 +31,7 @@ pub(crate) struct Model<R: RealField, const D: usize> {
     pub(super) change: [Vec<SVector<R, D>>; 2],
     /// ∂f/∂t, and the matrix B of each body in the Rosenbrock method.
     pub(super) driven: Vec<SVector<R, D>>,
-    pub(super) bends: Vec<Matrix3<R>>,
+    pub(super) rotation_maps: Vec<Matrix3<R>>,
 }
 
 impl<R: RealField + Copy, const D: usize> Model<R, D> {
@@ -47,23 +47,23 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
             dense: Default::default(),
             change: Default::default(),
             driven: Vec::new(),
-            bends: Vec::new(),
+            rotation_maps: Vec::new(),
         }
     }
 
-    /// A body at a fraction `share` of the last step; `None` unless that was a step of `Rodas4`.
-    pub(crate) fn between(
+    /// A body at a fraction `alpha` of the last step; `None` unless that was a step of `Rodas4`.
+    pub(crate) fn interpolate(
         &self,
         kind: BodyKind,
         index: usize,
-        share: R,
+        alpha: R,
         saved: Rigid<R>,
     ) -> Option<Rigid<R>> {
         let node = self.assembly.nodes[kind as usize].get(index).copied()??;
         let at = |part: usize| {
             let [third, fourth] = self.dense[part].each_ref().map(|terms| terms.get(node));
-            let bend = (third? + fourth? * share) * (R::one() - share);
-            Some((self.change[part].get(node)? + bend) * share)
+            let correction = (third? + fourth? * alpha) * (R::one() - alpha);
+            Some((self.change[part].get(node)? + correction) * alpha)
         };
         let (pose, velocity) = (at(0)?, at(1)?);
         let body = moved(&saved, linear(&pose), angular(&pose));

@@ -25,7 +25,7 @@ where
         }
         let wants = Wants { matrix: true, exact: true, drift: true, tangent: true, ..Wants::default() };
         self.assemble(step, R::zero(), wants);
-        self.model.bend(step);
+        self.model.add_stiffness(step);
         self.model.assembly.system.factor();
         self.model.driven.clone_from(&self.model.assembly.driven);
         let mut residual = R::zero();
@@ -83,7 +83,7 @@ where
             }
         });
         for (node, rate) in rates.iter_mut().enumerate() {
-            *rate = self.model.bent(node, step, rate);
+            *rate = self.model.map_rate(node, step, rate);
         }
         let Assembly { system, tangent, .. } = &mut self.model.assembly;
         system.add_product(tangent, &rates, &mut right);
@@ -92,7 +92,7 @@ where
         system.solve_again();
         let residual = system.residual();
         for (node, rate) in rates.iter_mut().enumerate() {
-            *rate += self.model.bent(node, step, &self.model.assembly.system.rhs[node]);
+            *rate += self.model.map_rate(node, step, &self.model.assembly.system.rhs[node]);
         }
         self.model.stages[0][stage] = rates;
         self.model.stages[1][stage].copy_from_slice(&self.model.assembly.system.rhs);
@@ -102,10 +102,10 @@ where
 
 impl<R: RealField + Copy, const D: usize> Model<R, D> {
     /// Adds K to the matrix of a Rosenbrock method: A −= hγ K B.
-    fn bend(&mut self, step: R) {
+    fn add_stiffness(&mut self, step: R) {
         let half = convert::<f64, R>(0.5);
-        self.bends.clear();
-        self.bends.extend(self.start.iter().map(|v| {
+        self.rotation_maps.clear();
+        self.rotation_maps.extend(self.start.iter().map(|v| {
             let matrix = Matrix3::identity() / step - angular(v).cross_matrix() * half;
             matrix.try_inverse().unwrap_or_else(|| Matrix3::identity() * step)
         }));
@@ -114,13 +114,13 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
         system.each_block(|place, _, column| {
             for row in 0..D {
                 let k = SVector::<R, D>::from(tangent[place].0[row]);
-                let mut bent = k * step;
+                let mut mapped = k * step;
                 if D == 6 {
-                    let turned = self.bends[column].tr_mul(&angular(&k));
-                    (3..D).for_each(|j| bent[j] = turned[j - 3]);
+                    let turned = self.rotation_maps[column].tr_mul(&angular(&k));
+                    (3..D).for_each(|j| mapped[j] = turned[j - 3]);
                 }
                 for j in 0..D {
-                    blocks[place].0[row][j] -= bent[j] * step;
+                    blocks[place].0[row][j] -= mapped[j] * step;
                 }
             }
         });
@@ -128,13 +128,13 @@ impl<R: RealField + Copy, const D: usize> Model<R, D> {
     }
 
     /// B x for one node.
-    fn bent(&self, node: usize, step: R, x: &SVector<R, D>) -> SVector<R, D> {
-        let mut bent = x * step;
+    fn map_rate(&self, node: usize, step: R, x: &SVector<R, D>) -> SVector<R, D> {
+        let mut mapped = x * step;
         if D == 6 {
-            let turned = self.bends[node] * angular(x);
-            (3..D).for_each(|j| bent[j] = turned[j - 3]);
+            let turned = self.rotation_maps[node] * angular(x);
+            (3..D).for_each(|j| mapped[j] = turned[j - 3]);
         }
-        bent
+        mapped
     }
 }
 

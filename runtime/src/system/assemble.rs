@@ -2,7 +2,7 @@
 //!
 //! Input: bodies and the outputs of kernels. Output: f; on request M − hγ D − s K in blocks, K separately, and
 //! K v; `inertia` adds the terms of bodies. Kernels compute only the requested outputs. After a failed step a
-//! guard limits the derivatives of each force.
+//! fallback limits the derivatives of each force.
 
 use crate::kernel::{Bodies, BodyKind, Kernel};
 use crate::system::block::Block;
@@ -35,7 +35,7 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     /// The part of K v from kinematic bodies: ∂F/∂t.
     pub(crate) driven: Vec<SVector<R, D>>,
     /// In: the velocity of each node minus the stage's origin. Out: the same as momentum.
-    pub(crate) lag: Vec<SVector<R, D>>,
+    pub(crate) momentum: Vec<SVector<R, D>>,
     /// The node of each rigid body and each particle; `None` for kinematic bodies.
     pub(crate) nodes: [Vec<Option<usize>>; 2],
     /// The factors of D and K in the matrix.
@@ -43,13 +43,13 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     pub(crate) stiffness: R,
     /// The requested sums, in addition to F.
     pub(crate) wants: Wants,
-    pub(crate) guard: Fallback<R>,
+    pub(crate) fallback: Fallback<R>,
     /// The power of forces without potential, loads and kinematic bodies.
     pub(crate) power: R,
     /// The largest factor by which a force was too stiff, over forces that were scaled down.
     pub(crate) capped: R,
     /// Whether a mass is negligible in rounding next to the stiffness on it.
-    pub(crate) swamped: bool,
+    pub(crate) mass_negligible: bool,
 }
 
 /// The requested sums, in addition to F.
@@ -64,7 +64,7 @@ pub(crate) struct Wants {
     /// K separately.
     pub(crate) tangent: bool,
     /// Momenta.
-    pub(crate) lag: bool,
+    pub(crate) momentum: bool,
     /// Rotating inertia uses the torques that change momenta; forces with multipliers are out of balance.
     pub(crate) held: bool,
 }
@@ -77,15 +77,15 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
             force: Vec::new(),
             drift: Vec::new(),
             driven: Vec::new(),
-            lag: Vec::new(),
+            momentum: Vec::new(),
             nodes: [Vec::new(), Vec::new()],
             damping: R::zero(),
             stiffness: R::zero(),
             wants: Wants::default(),
-            guard: Fallback::None,
+            fallback: Fallback::None,
             power: R::zero(),
             capped: R::zero(),
-            swamped: false,
+            mass_negligible: false,
         }
     }
 }
@@ -130,7 +130,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         self.force.fill(SVector::zeros());
         if self.wants.matrix {
             self.system.clear();
-            self.swamped = false;
+            self.mass_negligible = false;
         }
         if self.wants.drift {
             self.drift.fill(SVector::zeros());
@@ -147,7 +147,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     /// The required results of each force.
     pub(crate) fn need(&self) -> Need<R> {
         let Wants { matrix, drift, tangent, .. } = self.wants;
-        if self.guard != Fallback::None || drift || tangent {
+        if self.fallback != Fallback::None || drift || tangent {
             Need::Derivatives
         } else if !matrix {
             Need::Force
@@ -162,25 +162,25 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     /// Adds one force.
     #[inline]
     pub(crate) fn add<K: Kernel<Real = R>>(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
-        match (self.guard, local.derivatives) {
+        match (self.fallback, local.derivatives) {
             (Fallback::SemiDefinite, Derivatives::Apart(dfdx, dfdv)) => {
-                self.add_guarded::<K>(bodies, local, [dfdx, dfdv], None);
+                self.add_modified::<K>(bodies, local, [dfdx, dfdv], None);
             }
             (Fallback::Capped(most), Derivatives::Apart(dfdx, dfdv)) => {
-                self.add_guarded::<K>(bodies, local, [dfdx, dfdv], Some(most));
+                self.add_modified::<K>(bodies, local, [dfdx, dfdv], Some(most));
             }
             _ => self.add_exact::<K>(bodies, local),
         }
     }
 
-    fn add_guarded<K: Kernel<Real = R>>(
+    fn add_modified<K: Kernel<Real = R>>(
         &mut self,
         bodies: &Bodies<'_, R>,
         local: &Local<'_, R>,
         [dfdx, dfdv]: [&[R]; 2],
         most: Option<R>,
     ) {
-        let order = K::FREEDOMS;
+        let order = K::DOFS;
         let mut dfdx = semi_definite(dfdx, order);
         let (mut dfdv, mut force) = (dfdv.to_vec(), local.force.to_vec());
         let largest = dfdx.iter().fold(R::zero(), |most, x| most.max(x.abs()));
@@ -197,11 +197,11 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
 
     #[inline]
     fn add_exact<K: Kernel<Real = R>>(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
-        let order = K::FREEDOMS;
+        let order = K::DOFS;
         let count = K::BODIES.len();
         let mut row = 0;
         for (i, (&kind, &index)) in K::BODIES.iter().zip(local.indices).enumerate() {
-            let height = kind.freedoms();
+            let height = kind.dofs();
             let node = self.nodes[kind as usize][index];
             if !K::HAS_POTENTIAL || node.is_none() {
                 let velocity = velocity(bodies, kind, index);
@@ -240,7 +240,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
                         }
                     }
                 }
-                column += other.freedoms();
+                column += other.dofs();
             }
             row += height;
         }
@@ -256,19 +256,19 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         i: usize,
     ) {
         let Derivatives::Apart(dfdx, _) = local.derivatives else { return };
-        let (order, count) = (K::FREEDOMS, K::BODIES.len());
+        let (order, count) = (K::DOFS, K::BODIES.len());
         let mut column = 0;
         for (j, (&other, &index)) in K::BODIES.iter().zip(local.indices).enumerate() {
             let velocity = velocity(bodies, other, index);
-            for k in 0..K::BODIES[i].freedoms() {
-                let entries = &dfdx[(row + k) * order + column..][..other.freedoms()];
+            for k in 0..K::BODIES[i].dofs() {
+                let entries = &dfdx[(row + k) * order + column..][..other.dofs()];
                 let sum = entries.iter().zip(velocity.iter()).fold(R::zero(), |sum, (&k, &v)| sum + k * v);
                 self.drift[node][k] += sum;
                 if local.places[i * count + j] == NOWHERE {
                     self.driven[node][k] += sum;
                 }
             }
-            column += other.freedoms();
+            column += other.dofs();
         }
     }
 

@@ -23,11 +23,11 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             self.add_load(node, member.load, body.velocity, spin);
             add_linear(&mut self.force[node], gravity * mass);
             add_angular(&mut self.force[node], momentum.cross(&spin));
-            if self.wants.lag {
-                let lag = self.lag[node];
-                self.lag[node] = lag * mass;
-                let momentum = inertia * angular(&lag);
-                (3..D).for_each(|i| self.lag[node][i] = momentum[i - 3]);
+            if self.wants.momentum {
+                let change = self.momentum[node];
+                self.momentum[node] = change * mass;
+                let turned = inertia * angular(&change);
+                (3..D).for_each(|i| self.momentum[node][i] = turned[i - 3]);
             }
             if !self.wants.matrix {
                 continue;
@@ -36,7 +36,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             let mut turning = inertia;
             if self.wants.exact {
                 let torque = if self.wants.held {
-                    angular(&self.lag[node]) / self.damping
+                    angular(&self.momentum[node]) / self.damping
                 } else {
                     angular(&self.force[node])
                 };
@@ -59,8 +59,8 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             let (Some((mass, _)), Some(node)) = (member.inertia(), self.nodes[1][index]) else { continue };
             self.add_load(node, member.load, body.velocity, Vector3::zeros());
             add_linear(&mut self.force[node], gravity * mass);
-            if self.wants.lag {
-                self.lag[node] *= mass;
+            if self.wants.momentum {
+                self.momentum[node] *= mass;
             }
             if self.wants.matrix {
                 self.add_mass(node, mass);
@@ -74,7 +74,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     fn add_mass(&mut self, node: usize, mass: R) {
         let block = &mut self.system.blocks[node];
         for i in 0..3 {
-            self.swamped |= block.0[i][i] * R::default_epsilon() > mass;
+            self.mass_negligible |= block.0[i][i] * R::default_epsilon() > mass;
             block.0[i][i] += mass;
         }
     }
