@@ -1,10 +1,8 @@
-//! Writes what `tests/originals.rs` includes: a table of the library's functions and kernels, called with flat lists of
-//! reals; and the functions of some files once more, as they stand, over dual numbers.
+//! Writes the file that `tests/originals.rs` includes: a table of the library's functions and kernels, called with flat
+//! lists of reals; the functions of some files again, over dual numbers; and random functions, as texts and as Rust.
 //!
-//! Random functions join them, as texts and as Rust.
-//!
-//! The text of a function is changed in two ways only, which Rust's types ask for: a literal becomes a dual number, and
-//! `a * b` becomes `times(a, b)`, as nalgebra multiplies nothing but its own reals from the left.
+//! Rust's types require two changes of a function's text: a literal becomes a dual number, and `a * b` becomes
+//! `times(a, b)`, because nalgebra multiplies only its own reals from the left.
 
 use proc_macro2::{Ident, TokenStream};
 use quote::{ToTokens, format_ident, quote};

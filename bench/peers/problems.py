@@ -116,7 +116,7 @@ class Model:
         self.kernel = Kernel()
         self.rows = {}  # by a symbol's place: its derivatives, {freedom: expression}
         self.symbols = []
-        self.freedoms = 0
+        self.dofs = 0
         bodies = [self.body(name, kind) for name, kind in problem.bodies]
         group = []
         self.kernel.inputs.append(group)
@@ -126,7 +126,7 @@ class Model:
             self.damping = self.read(group, "params->damping", ())
         self.chained = formulation == "chain"
         # Translation: the position of the first body need not be differentiated by.
-        self.active = [i for i in range(self.freedoms) if not self.chained or i >= 3]
+        self.active = [i for i in range(self.dofs) if not self.chained or i >= 3]
         result = problem.value(self, *bodies, *self.parameters.values())
         force = self.penalty(result, bodies) if problem.rows else self.gradient(result)
         self.derive(force, bodies, symmetric=not problem.rows)
@@ -139,20 +139,20 @@ class Model:
         return V(self.read(group, f"{text}[{i}]", shape[1:]) for i in range(shape[0]))
 
     def body(self, name, kind):
-        group, first = [], self.freedoms
+        group, first = [], self.dofs
         self.kernel.inputs.append(group)
         position = self.read(group, f"{name}->position", (3,))
         for k in range(3):
             self.track(position[k], {first + k: 1})
         if kind == "particle":
-            self.freedoms += 3
+            self.dofs += 3
             return Body(kind, first, position, self.read(group, f"{name}->velocity", (3,)))
         q = self.read(group, f"{name}->orientation", (4,))
         x, y, z, w = q
         # D_k q = e_k q / 2
         for entry, row in zip(q, ((w, z, -y), (-z, w, x), (y, -x, w), (-x, -y, -z))):
             self.track(entry, {first + 3 + k: row[k] * 0.5 for k in range(3)})
-        self.freedoms += 6
+        self.dofs += 6
         velocity = self.read(group, f"{name}->velocity", (3,))
         return Body(kind, first, position, velocity, q, self.read(group, f"{name}->angular_velocity", (3,)))
 
@@ -209,7 +209,7 @@ class Model:
         partials = self.tool.jacobian(values, self.symbols)
         result = []
         for partial in partials:
-            terms = [[] for _ in range(self.freedoms)]
+            terms = [[] for _ in range(self.dofs)]
             for place, factor in enumerate(partial):
                 if not is_zero(factor):
                     for i, x in self.rows[place].items():
@@ -253,7 +253,7 @@ class Model:
         symbol, inverse = self.tool.symbol(name), self.tool.symbol(f"inverse_{name}")
         n = V(self.tool.symbol(f"n_{name}_{k}") for k in range(3))
         self.kernel.named += [(symbol, length), (inverse, 1 / symbol), *((n[k], v[k] * inverse) for k in range(3))]
-        row = [total(times(n[k], columns[k][i]) for k in range(3)) for i in range(self.freedoms)]
+        row = [total(times(n[k], columns[k][i]) for k in range(3)) for i in range(self.dofs)]
         held = {i: self.temporary(f"d_{name}_{i}", row[i]) for i in self.active if not is_zero(row[i])}
         for k in range(3):
             self.track(n[k], {i: times(total((columns[k][i], -times(n[k], x))), inverse) for i, x in held.items()})
@@ -279,7 +279,7 @@ class Model:
             rate = total(times(x, v) for x, v in zip(row, velocity))
             tension.append(self.name(f"tension_{r}", self.stiffness * c + self.damping * rate))
         force = []
-        for i in range(self.freedoms):
+        for i in range(self.dofs):
             terms = (times(row[i], t) for row, t in zip(jacobian, tension))
             force.append(total(-x for x in terms if not is_zero(x)))
         self.jacobian = jacobian
@@ -290,7 +290,7 @@ class Model:
         return [-x if not is_zero(x) else 0 for x in self.differentiate([energy])[0]]
 
     def derive(self, force, bodies, symmetric):
-        n = self.freedoms
+        n = self.dofs
         dfdx = self.differentiate(force)
         dfdv = [[0] * n for _ in range(n)]
         if not symmetric:

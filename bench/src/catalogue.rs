@@ -112,8 +112,8 @@ fn watch(scene: &mut Scene, time: f64, h: impl Fn(usize) -> f64) -> Seen {
         seen.quarantined += report.quarantined;
         seen.residual = seen.residual.max(report.residual);
         seen.solve += report.solve;
-        seen.gap = seen.gap.max(report.gap);
-        seen.last_gap = report.gap;
+        seen.gap = seen.gap.max(report.max_violation);
+        seen.last_gap = report.max_violation;
         let moving = report.energy - scene.potential();
         (low, high, most) = (low.min(moving), high.max(moving), most.max(report.energy));
         seen.finite &= report.energy.is_finite();

@@ -1,4 +1,4 @@
-//! Operations and lines of a function in C or C++, whoever printed it.
+//! Operations and lines of a function in C or C++, also of code from other tools.
 //!
 //! Input: texts, and the name of a function in these texts. Output: additions, multiplications, divisions,
 //! roots, negations and calls of the function, plus those of each called function in the texts, once per

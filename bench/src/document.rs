@@ -71,7 +71,7 @@ const MODES: [&str; 4] = [
 /// The blocks of simulations.
 const SIMULATIONS: [&str; 10] = [
     "work-setting",
-    "work-beside",
+    "work-compared",
     "work-c10",
     "work-c10-stiff",
     "work-ben25-soft",

@@ -254,8 +254,8 @@ pub fn compile(plan: &Plan, folder: &Path, source: &Path, name: &str) -> f64 {
     let cpp = source.extension().is_some_and(|ending| ending == "cc");
     let mut compiler = Command::new(if cpp { "g++" } else { "gcc" });
     compiler.args(&plan.flags).arg("-I.");
-    if let Some(beside) = source.parent() {
-        compiler.arg("-isystem").arg(beside.join("include"));
+    if let Some(folder) = source.parent() {
+        compiler.arg("-isystem").arg(folder.join("include"));
     }
     run(compiler.arg("-c").arg(source).args(["-o", &format!("{name}.o")]), folder);
     start.elapsed().as_secs_f64()
@@ -421,7 +421,7 @@ fn driver(kernels: &[(&str, &Stages, Vec<Maker>)]) -> String {
             let _ = write!(runs, "run_{name}_{place}, ");
             let _ = writeln!(calls, "        if (maker == {place}) {symbol}({passed}&out_{name});");
         }
-        let n = signature.freedoms();
+        let n = signature.dofs();
         let _ = write!(
             text,
             "static double compare_{name}(int maker)\n{{\n    double most = 0.0;\n    \

@@ -72,11 +72,12 @@ pub fn compile_all(source: &Source) -> Compiled {
     }
 }
 
-/// Every helper takes all parameters, so that their number times the calls is the work of the front end.
+/// Every helper takes all parameters, so the work of the front end is the number of parameters times the calls.
 const MOST_PARAMETERS: usize = 200;
 
-/// Helper functions that call each other, ten in a row, and an energy that adds up what they make of a particle's
-/// position and of a parameter each: a force file whose kernel grows in proportion to `links`, about 46 nodes a link.
+/// Helper functions that call each other, ten in a row, and an energy that is the sum of
+/// their values, each for a particle's position and a parameter. The kernel of this force file has about 46 nodes per
+/// link.
 pub fn chain(links: usize) -> Source {
     let parameters = (links / 4).clamp(1, MOST_PARAMETERS);
     let mut text = String::from("//! Chains of helper functions.\n\n");

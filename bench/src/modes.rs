@@ -84,7 +84,7 @@ pub struct Point {
     pub errors: [Error; FAMILIES.len()],
 }
 
-/// A kernel, as it is in the first way, and its force file.
+/// The kernels of a force file, compiled in the first way.
 struct Subjects {
     stem: String,
     all: Vec<Stages>,
@@ -289,7 +289,7 @@ fn reals(bytes: &[u8], precision: Precision) -> Vec<f64> {
 
 /// The errors of a kernel at the states of each family.
 fn errors(stages: &Stages, drawn: &Drawn, computed: &[f64]) -> [Error; FAMILIES.len()] {
-    let n = stages.kernel.schedule.signature.freedoms();
+    let n = stages.kernel.schedule.signature.dofs();
     let whole = n + 2 * n * n;
     assert_eq!(computed.len(), drawn.exact.len(), "{}", stages.kernel.name);
     let mut found = [Error::default(); FAMILIES.len()];

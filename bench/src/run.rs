@@ -122,7 +122,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         if live && (step + 1 == steps || step % 16 == 0) {
             print!(
                 "\r{now:8.3} s  energy {energy:12.5e} J  gap {:9.2e} m  awake {}  contacts {}  rejected {}  {:.0} µs a step ",
-                report.gap,
+                report.max_violation,
                 report.awake,
                 scene.contacts.points,
                 sum.rejected,
@@ -182,7 +182,7 @@ impl Sum {
         self.rejected += report.rejected;
         self.backups += report.semi_definite + report.capped;
         self.quarantined = report.quarantined;
-        self.gap = self.gap.max(report.gap);
+        self.gap = self.gap.max(report.max_violation);
         self.depth = self.depth.max(contacts.depth);
     }
 }
@@ -201,7 +201,7 @@ fn head(scene: &Scene) -> String {
 }
 
 fn row(text: &mut String, scene: &Scene, time: f64, energy: f64, report: &Report) {
-    let (gap, rejected) = (report.gap, report.rejected);
+    let (gap, rejected) = (report.max_violation, report.rejected);
     let _ = write!(text, "{time},{energy},{gap},{rejected}");
     for position in scene.positions() {
         let _ = write!(text, ",{},{},{}", position.x, position.y, position.z);

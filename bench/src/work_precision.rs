@@ -88,9 +88,9 @@ fn all(
         blocks.push((format!("work-{name}"), text));
         all.push((problem, measured));
     }
-    if let Some(text) = tables::beside(&all) {
+    if let Some(text) = tables::compared(&all) {
         say(&text);
-        blocks.push(("work-beside".to_owned(), text));
+        blocks.push(("work-compared".to_owned(), text));
     }
     Ok(blocks)
 }

@@ -1,11 +1,11 @@
-//! The stability catalogue in its short form. Cases that judge a time are left to the command.
+//! The stability catalogue in its short form, without the cases that measure a time.
 
 use forcec_bench::catalogue::CASES;
 
-/// What they ask for is a time, or a ratio of times.
+/// The numbers of cases that limit a time, or a ratio of times.
 const TIMED: [usize; 3] = [9, 10, 33];
 
-/// Documented as failing: the torn chain is chaotic, and its gap after a second now above, now below a centimetre.
+/// Documented as failing: the stretched chain is chaotic; its gap after a second is close to the limit of 1 cm.
 const FAILING: [usize; 1] = [13];
 
 #[test]

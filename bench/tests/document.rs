@@ -1,4 +1,4 @@
-//! The blocks that documents mark as measured are the blocks that `document` measures.
+//! The command `document` measures exactly the blocks that the documents mark as measured.
 
 use forcec_bench::document::STEPS;
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! The benchmark of kernels runs, and all makers compute the same values. No time is judged.
+//! The benchmark of kernels runs, and all tools compute the same values. Times are not compared.
 
 use forcec_bench::kernels::{BY_HAND, FLAGS, Plan, measure};
 use forcec_bench::modes;

@@ -1,4 +1,4 @@
-//! Work and precision in their quick form, and every scene for some steps with its picture.
+//! The work-precision measurement in its quick form, and a few steps and the picture of every scene.
 
 use forcec_bench::picture::picture;
 use forcec_bench::scenes::SCENES;

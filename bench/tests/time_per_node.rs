@@ -1,4 +1,4 @@
-//! Compiling takes time in proportion to the kernel: `cargo test -p forcec-bench --release -- --nocapture` prints it.
+//! The compile time is proportional to the number of nodes: `cargo test -p forcec-bench --release -- --nocapture` prints it.
 
 use forcec_bench::{chain, compile_all, nodes};
 use std::time::{Duration, Instant};

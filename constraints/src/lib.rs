@@ -1,8 +1,7 @@
 //! The library of force files, as functions and as kernels.
 //!
 //! Each module is a force file of this folder: the text that the command line reads too. A force function is an ordinary
-//! function; beside it stands a module of the same name, its kernel, and one with `_f32` behind the name for single
-//! precision.
+//! function. Its kernel is a module of the same name; the module with the suffix `_f32` is the kernel in single precision.
 //!
 //! ```
 //! use forcec_constraints::springs::spring;

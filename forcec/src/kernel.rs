@@ -167,7 +167,7 @@ impl Kernel {
     pub fn summary(&self) -> Vec<String> {
         let mut lines = self.formulas.clone();
         let count = self.schedule.operations();
-        let freedoms = self.schedule.signature.freedoms();
+        let dofs = self.schedule.signature.dofs();
         let (outputs, nonzero) = match &self.packing {
             Some(packing) => (packing.places().count(), packing.nonzero),
             None => (self.schedule.entries(), self.schedule.nonzero),
@@ -192,7 +192,7 @@ impl Kernel {
             }
         }
         lines.push(format!(
-            "{freedoms} degrees of freedom; {outputs} outputs: {} nonzero, {} distinct up to sign.",
+            "{dofs} degrees of freedom; {outputs} outputs: {} nonzero, {} distinct up to sign.",
             nonzero, self.schedule.distinct
         ));
         lines.extend(self.packing.iter().flat_map(|packing| &packing.remarks).cloned());

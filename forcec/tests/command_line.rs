@@ -666,7 +666,7 @@ fn blocks_of_a_symmetric_matrix_are_related() {
 /// A name that C cannot include, or that C would confuse with a standard header, is refused as a name of a
 /// force file.
 #[test]
-fn headers_are_told_apart() {
+fn headers_must_not_conflict() {
     let place = Place::new("headers");
     place.write("math.rs", SPRING).write("a\"b.rs", SPRING).write("Features.rs", SPRING);
     assert_has(
@@ -707,7 +707,7 @@ fn check_reports_every_kernel() {
 }
 
 #[test]
-fn lint_warns_at_places_and_fails_only_if_told() {
+fn lint_warns_and_fails_only_on_request() {
     let place = Place::new("lint");
     let norm = "#[constraint]\npub fn meet(a: Particle, b: Particle) -> Real {\n    (b.position - a.position).norm()\n}\n";
     place.write("a.rs", norm).write("b.rs", SPRING).write("wrong.rs", WRONG);
@@ -844,7 +844,7 @@ fn colours_need_a_terminal_whatever_the_environment_says() {
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_error() {
+fn a_closed_pipe_is_not_an_error() {
     let place = Place::new("pipes");
     place.write("wrong.rs", WRONG).write("spring.rs", SPRING);
     let closed = || {
@@ -928,7 +928,7 @@ fn layouts_and_preparation_go_together_or_say_why_not() {
 // ---- values known at compile time
 
 #[test]
-fn what_is_known_is_no_argument() {
+fn known_values_are_not_arguments() {
     let place = Place::new("known");
     place.write(
         "tie.rs",

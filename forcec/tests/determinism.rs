@@ -1,5 +1,5 @@
-//! The same input makes the same bytes, wherever it lies and whoever asks: two checkouts in different folders, read
-//! from different places under different environments.
+//! The same input gives the same bytes: two copies of the library in different folders, compiled from different working
+//! folders with different environment variables.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -134,11 +134,11 @@ fn printed(name: &str) -> String {
         "counts" => counts(),
         "passes" => passes(),
         "pass-list" => table(
-            &["pass", "what it does"],
+            &["pass", "effect"],
             PASSES.iter().map(|pass| vec![code(pass.name), pass.summary.to_owned()]),
         ),
         "modes" => table(
-            &["mode", "what it does", "flags of a C compiler"],
+            &["mode", "effect", "flags of a C compiler"],
             Mode::ALL
                 .iter()
                 .map(|(name, mode, summary)| vec![code(name), (*summary).to_owned(), code(mode.flags())]),
@@ -298,13 +298,13 @@ fn rounding() -> String {
             let mut row = vec![code(&kernel.name)];
             for precision in [Precision::F64, Precision::F32] {
                 for found in compare(&kernel, precision, &[Family::Random]) {
-                    let told =
+                    let bound =
                         if found.states > found.unbounded { upward(found.bound) } else { "none".to_owned() };
                     let open = found.unbounded;
                     let open = if open > 0 { format!(" ({open} without)") } else { String::new() };
                     row.push(match (found.bound, open.is_empty()) {
                         (0.0, true) => "0".to_owned(),
-                        _ => format!("{told}{open}, {}", upward(found.observed)),
+                        _ => format!("{bound}{open}, {}", upward(found.observed)),
                     });
                 }
             }
@@ -341,7 +341,7 @@ fn functions() -> String {
         text.push_str(&format!(
             "On {}:\n\n{}\n",
             title.join(", "),
-            table(&["write", "returns", "what it is"], of_type)
+            table(&["write", "returns", "description"], of_type)
         ));
     }
     text.trim_end().to_owned() + "\n"
@@ -434,12 +434,12 @@ fn followed(path: &str) -> String {
             result.push_str(&(last.join("\n") + "\n"));
             rest = &rest[at + expected.len()..];
         } else if let Some(name) = marker.strip_prefix("made: ") {
-            let beside = root().join(path).with_file_name(name);
+            let stored = root().join(path).with_file_name(name);
             let made = fs::read_to_string(folder.join(name)).unwrap();
             if std::env::var_os("FORCEC_BLESS").is_some() {
-                fs::write(&beside, &made).unwrap();
+                fs::write(&stored, &made).unwrap();
             }
-            let same = fs::read_to_string(&beside).is_ok_and(|text| text == made);
+            let same = fs::read_to_string(&stored).is_ok_and(|text| text == made);
             assert!(same, "{path}: {name} is not what its program writes; run with FORCEC_BLESS=1");
         }
     }

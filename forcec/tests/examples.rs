@@ -1,5 +1,5 @@
-//! The examples, run as their READMEs tell a newcomer to: the commands in a copy of the folder, or in the folder itself
-//! where cargo builds it, and what they print.
+//! The examples: the commands of their READMEs run in a copy of the folder, or in the folder itself if cargo builds it,
+//! and print the documented output.
 
 #![cfg(feature = "cli")]
 

@@ -487,7 +487,7 @@ fn another_function_fails() {
 
 /// A kernel that returns NaN at a finite value fails, although no error bound detects a NaN.
 #[test]
-fn no_number_is_no_answer() {
+fn nan_fails() {
     let energy = |root: bool| {
         let law: fn(&mut Graph) -> Law = if root {
             |g| {
@@ -569,7 +569,7 @@ fn differences_know_periods() {
 /// Without stiffness a contact at rest lies on the switch between contact and no contact, where the
 /// derivative of either side is correct: such states are singular, and the other states are checked.
 #[test]
-fn what_stands_on_a_switch_is_singular() {
+fn states_on_a_switch_are_singular() {
     let rows = "#[constraint(unilateral)]\nfn floor(p: Particle, q: Particle) -> Real { p.position.z - q.position.x }\n";
     let function = "#[force]\nfn ground(p: Particle, k: Real) -> Vec3 { let push = (-k * p.velocity.z - k * p.velocity.x).max(0.0); \
          if p.position.z < 0.0 { Vec3::new(0.0, 0.0, push) } else { Vec3::zeros() } }\n";

@@ -14,12 +14,12 @@
 //!     pb - pa
 //! }
 //!
-//! // The function is a function still,
+//! // The function is still callable,
 //! let a = Rigid::default();
 //! let b = Rigid { position: Vec3::new(0.0, 0.0, 1.5), ..Rigid::default() };
 //! assert_eq!(ball(a, b, Vec3::z(), -Vec3::z()).z, -0.5);
 //!
-//! // and beside it stands its kernel.
+//! // and its kernel is the module `ball`.
 //! let params =
 //!     ball::Params { arm_a: [0.0, 0.0, 1.0], arm_b: [0.0, 0.0, -1.0], stiffness: 100.0, damping: 0.0 };
 //! let mut out = ball::Output::default();

@@ -29,7 +29,7 @@ pub struct Report {
     /// energies.
     pub energy: f64,
     /// The largest |C| of any constraint; unilateral rows count only while they push.
-    pub gap: f64,
+    pub max_violation: f64,
     /// The time for assembly, summed over threads.
     pub assembly: Duration,
     /// The time for solving, summed over threads.
@@ -48,7 +48,7 @@ impl Report {
         self.breakdowns += other.breakdowns;
         self.residual = self.residual.max(other.residual);
         self.energy += other.energy;
-        self.gap = self.gap.max(other.gap);
+        self.max_violation = self.max_violation.max(other.max_violation);
         self.assembly += other.assembly;
         self.solve += other.solve;
     }

@@ -161,12 +161,12 @@ fn kernels_are_evaluated_in_place() {
     let mut out = fields::homing::Output::default();
     Kernel::evaluate(&mut out, &bodies, [1, 1], &());
     assert_eq!(out.force(), [3.0, 0.0, 0.0, 0.0, 0.0, 0.0, -3.0, 0.0, 0.0]);
-    assert_eq!(fields::homing::Output::FREEDOMS, 9);
+    assert_eq!(fields::homing::Output::DOFS, 9);
     assert_eq!(fields::homing::Output::DFDX_NONZERO[0], "x.....x..");
     assert_eq!(out.dfdv()[3 * 9 + 3], -1.0);
 
     assert_eq!(fields::rail(rigid[0], 1.0, 1.0, Vec3::zeros(), Vec3::x(), Vec3::z(), [1.0; 3], 0.5), 3.5);
-    assert_eq!(fields::rail_f32::FREEDOMS, 6);
+    assert_eq!(fields::rail_f32::DOFS, 6);
 }
 
 /// Asserts that F alone, and F with the matrix of a step, equal the results of the whole kernel.
@@ -181,11 +181,11 @@ fn agree<K: Kernel<Real = f64>>(bodies: &Bodies<'_, f64>, indices: K::Indices, p
     let any = vec![0.0; K::ROWS];
     let multipliers = K::evaluate_step(&mut step, bodies, indices, params, h, &any).multipliers.to_vec();
     assert_eq!(multipliers.len(), K::ROWS);
-    let Linear { force: beside, matrix, slopes, .. } =
+    let Linear { force: in_step, matrix, slopes, .. } =
         K::evaluate_step(&mut step, bodies, indices, params, h, &multipliers);
-    assert_eq!(slopes.len(), K::ROWS * K::FREEDOMS);
-    assert!(beside.iter().zip(whole.force()).all(|(a, b)| near(*a, *b)), "{}", K::NAME);
-    assert_eq!(matrix.len(), K::FREEDOMS * K::FREEDOMS);
+    assert_eq!(slopes.len(), K::ROWS * K::DOFS);
+    assert!(in_step.iter().zip(whole.force()).all(|(a, b)| near(*a, *b)), "{}", K::NAME);
+    assert_eq!(matrix.len(), K::DOFS * K::DOFS);
     let sums = whole.dfdv().iter().zip(whole.dfdx()).map(|(v, x)| h * v + h * h * x);
     assert!(matrix.iter().zip(sums).all(|(a, b)| near(*a, b)), "{}", K::NAME);
     // The matrix is an affine function of the multipliers.

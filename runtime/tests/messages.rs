@@ -1,5 +1,5 @@
-//! Every message of the macros, and what they say to Rust that the force language leaves out. `TRYBUILD=overwrite` accepts
-//! new messages.
+//! The messages of the macros, also for Rust that is not part of the force language. `TRYBUILD=overwrite` accepts new
+//! messages.
 
 #![cfg(feature = "macros")]
 

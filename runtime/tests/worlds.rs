@@ -131,7 +131,7 @@ fn a_world_changed_on_the_way_steps_as_one_made_so() {
 }
 
 #[test]
-fn what_sleeps_stands_still_until_something_moves_it() {
+fn sleeping_bodies_stay_at_rest_until_something_moves_them() {
     let mut world = World::default();
     let (bodies, joints) = chain(&mut world, 3, 0.0);
     let hand = world.add_rigid(Rigid::default(), Motion::Kinematic).unwrap();
@@ -316,7 +316,7 @@ fn a_step_can_be_looked_into() {
     let state = Rigid { angular_velocity: spin, velocity: Vec3::x(), ..Rigid::default() };
     let motion = Motion::Dynamic(1.0, Vec3::new(1.0, 2.0, 3.0));
     let body = world.add_rigid(state, motion).unwrap();
-    assert_eq!(world.between(body, 0.5), Ok(None));
+    assert_eq!(world.interpolate(body, 0.5), Ok(None));
     let mut fine = World::default();
     fine.settings.integrator = Integrator::RungeKutta4;
     let same = fine.add_rigid(state, motion).unwrap();
@@ -325,7 +325,7 @@ fn a_step_can_be_looked_into() {
         for _ in 0..10 {
             fine.step(2e-4).unwrap();
         }
-        let seen = world.between(body, f64::from(tenth) / 10.0).unwrap().unwrap();
+        let seen = world.interpolate(body, f64::from(tenth) / 10.0).unwrap().unwrap();
         let exact = fine.rigid(same).unwrap();
         let error = (seen.position - exact.position).norm()
             + seen.orientation.angle_to(&exact.orientation)
@@ -345,7 +345,7 @@ fn energy_is_that_of_bodies_springs_and_gravity() {
     // ½ 4 kg (2 m/s)² + 4 kg · 10 m/s² · 1 m + ½ 8 N/m (0.5 m)²
     assert!((world.energy() - (8.0 + 40.0 + 1.0)).abs() < 1e-12);
     let report = world.step(1e-6).unwrap();
-    assert!((report.energy - 49.0).abs() < 1e-3 && (report.gap - 0.5).abs() < 1e-3);
+    assert!((report.energy - 49.0).abs() < 1e-3 && (report.max_violation - 0.5).abs() < 1e-3);
 }
 
 /// In tests for energy loss, the energy removed by a force does not count as a loss.

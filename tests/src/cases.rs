@@ -78,7 +78,7 @@ pub fn try_cases(function: &Stages, precision: Precision, count: usize) -> Optio
 fn draw(function: &Stages, precision: Precision, reference: Reference, count: usize) -> Option<Vec<Case>> {
     let subject = Subject { source: &function.source, program: &function.program };
     let probe = Probe::new(&subject);
-    let dear = probe.cost() * STATES as u64 > BUDGET;
+    let expensive = probe.cost() * STATES as u64 > BUDGET;
     let mut cases = Vec::new();
     let mut draws = 0;
     let mut passive = 0;
@@ -96,7 +96,7 @@ fn draw(function: &Stages, precision: Precision, reference: Reference, count: us
         let mut inputs = probe.draw(family, SEED, draws);
         let expected = match precision {
             // Where the source is expensive to evaluate, only a few states use the source as the reference.
-            Precision::F64 if reference == Reference::Source && (!dear || cases.len() < 3) => {
+            Precision::F64 if reference == Reference::Source && (!expensive || cases.len() < 3) => {
                 let Some(truth) = probe.truth(&inputs) else { continue };
                 if !truth.pushes && cases.len() % 2 == 0 && passive < PASSIVE_DRAWS * STATES {
                     passive += 1;

@@ -47,7 +47,7 @@ pub fn covering(sizes: &[usize], valid: &dyn Fn(&[Option<usize>]) -> bool) -> Ve
             row[factor] = Some(value);
         }
         let row: Option<Vec<usize>> = row.into_iter().collect();
-        let row = row.unwrap_or_else(|| panic!("{pair:?} stands in no whole row"));
+        let row = row.unwrap_or_else(|| panic!("no complete row contains {pair:?}"));
         for (x, y) in (0..row.len()).flat_map(|x| (0..x).map(move |y| (y, x))) {
             open.remove(&((x, row[x]), (y, row[y])));
         }
@@ -61,7 +61,7 @@ mod tests {
     use super::covering;
 
     #[test]
-    fn every_pair_that_there_is_stands_in_a_row() {
+    fn every_valid_pair_is_in_a_row() {
         let sizes = [5, 3, 2, 4];
         let valid = |row: &[Option<usize>]| !(row[0] == Some(4) && row[3].is_some_and(|value| value > 1));
         let rows = covering(&sizes, &valid);

@@ -1,15 +1,15 @@
 //! The output of every stage for small force files, as snapshots.
 //!
-//! An input is a file `tests/golden/NAME.rs` that shows one behaviour; its first line says which stages are worth a
-//! look: `// stages: graph, derivative, c`, its second may name a layout, lanes and `prepare`. The name of an
+//! An input is a file `tests/golden/NAME.rs` that shows one behaviour; its first line lists the stages to
+//! snapshot: `// stages: graph, derivative, c`, its second may name a layout, lanes and `prepare`. The name of an
 //! optimiser pass means the scalar graph after the pass.
-//! Adding a case is adding a file. After a change that is meant:
+//! To add a case, add a file. To accept a change, run
 //!
 //! ```text
 //! INSTA_UPDATE=always cargo test -p forcec-tests --test goldens
 //! ```
 //!
-//! and read the difference. Without the variable nothing is ever written (`.cargo/config.toml`), and what differs fails.
+//! and read the diff. Without the variable the test writes nothing (`.cargo/config.toml`), and fails if a snapshot differs.
 
 use forcec::internals::compile::{Compiled, Request, Stages, compile};
 use forcec::internals::derive::derive;

@@ -1,5 +1,5 @@
-//! Every identity: its two sides become one node of a simplifying graph, are two of a verbatim one, and have the same value
-//! in 320 bits wherever both are defined.
+//! Every identity: its two sides become one node of a simplifying graph, two nodes of a verbatim graph, and have the same
+//! value in 320 bits where both are defined.
 
 use forcec::internals::vector::definition::{Definition, Law, Row};
 use forcec::internals::vector::identities::{IDENTITIES, Identity};

@@ -1,6 +1,6 @@
 //! Every kernel as C: the code compiles without a warning, and results equal the mathematics of the source.
-//! Each force file becomes one program that reads states and writes outputs; the oracle is 320-bit arithmetic on the
-//! expression as it was written, differentiated by differences.
+//! Each force file becomes one program that reads states and writes outputs; the oracle evaluates the source in 320-bit
+//! arithmetic and differentiates it by difference quotients.
 
 use forcec::internals::emit;
 use forcec::internals::kernel::{Precision, Target};

@@ -1,5 +1,5 @@
-//! Every library kernel as Rust: rustc and clippy find nothing, rustfmt changes nothing, and it computes what the program
-//! means in 320 bits.
+//! Every library kernel as Rust: rustc and clippy give no warning, rustfmt changes nothing, and results equal the
+//! program in 320 bits.
 
 use forcec::internals::emit;
 use forcec::internals::kernel::{Precision, Target};

@@ -1,5 +1,5 @@
-//! Long kernels: written as functions of at most about a thousand statements, which compile without a warning in both
-//! languages and compute what the source means in 320 bits.
+//! Long kernels: they are printed as functions of at most about a thousand statements, compile without a warning in both
+//! languages, and results equal the source in 320 bits.
 
 use forcec::internals::emit;
 use forcec::internals::kernel::{Precision, Target};

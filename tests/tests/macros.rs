@@ -203,7 +203,7 @@ fn errors(tokens: TokenStream) -> BTreeSet<(usize, usize, String)> {
 
 /// Every invalid input gives the same message in a macro as on the command line, at the same token.
 #[test]
-fn messages_stand_where_the_command_line_puts_them() {
+fn messages_have_the_positions_of_the_command_line() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("wrong");
     let (mut compared, mut passed_over) = (0, Vec::new());
     for entry in std::fs::read_dir(folder).unwrap() {

@@ -1,7 +1,7 @@
-//! The front end on thousands of damaged force files: it answers, with a tree or with messages, and never panics.
+//! The front end on thousands of damaged force files: it returns a tree or messages, and never panics.
 //!
-//! Damage is done by bytes and by tokens, from fixed seeds, so that every run is the same; `fuzz/` has the same idea
-//! without an end.
+//! Bytes and tokens are changed at random from fixed seeds, so every run is the same; the targets of `fuzz/` run without
+//! a limit.
 
 use forcec::internals::compile::compile;
 use forcec::internals::emit;

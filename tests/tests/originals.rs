@@ -1,7 +1,7 @@
-//! The library's functions compiled by rustc with nalgebra, against forcec's result for the same text.
+//! The library's functions compiled by rustc with nalgebra, compared with forcec's results for the same text.
 //!
-//! Their values equal what the compiler's front end says the function returns, in 320 bits; and dual numbers on the body of
-//! the function, C, E or F itself, give the kernel's ∂F/∂X. Neither shares code with the compiler.
+//! The values of the functions equal those of the compiler's front end in 320 bits; dual numbers on the body of the
+//! function, C, E or F itself, give the kernel's ∂F/∂X. Neither reference shares code with the compiler.
 
 use forcec::internals::compile::{Request, Stages, compile};
 use forcec::internals::math::functions::Function;

@@ -65,7 +65,7 @@ fn error(function: &Stages, probe: &Probe, inputs: &[f64]) -> f64 {
     let computed = computed.expect("every output is written");
     let exact = probe.program(inputs);
     let force: Vec<f64> = computed.part(Part::Force).iter().map(|x| f64::from(*x)).collect();
-    apart(&exact[..signature.freedoms()], &force)
+    apart(&exact[..signature.dofs()], &force)
 }
 
 /// Number of states at nearly satisfied joints.

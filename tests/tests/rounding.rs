@@ -125,16 +125,20 @@ fn the_library_has_bounds() {
             assert!(bound.relative < 1e-12, "{}, {}: {:e}", kernel.name, bound.part, bound.relative);
             let compared = compare(kernel, Precision::F64, &[Family::Random]);
             let own = compared.iter().find(|own| own.part == bound.part).unwrap();
-            assert_eq!(own.bound, bound.relative, "{}: the head says what the check says", kernel.name);
+            assert_eq!(
+                own.bound, bound.relative,
+                "{}: the head comment and the check have the same bound",
+                kernel.name
+            );
             assert!(own.observed <= own.bound && own.quotient <= 1.0, "{own:?}");
         }
     }
 }
 
-/// Where a divisor may be zero, where a branch depends on rounding, or where a difference cancels completely,
-/// there is no bound.
+/// The report says that an output has no bound if a divisor may be zero, if a branch depends on rounding, or if
+/// a difference cancels completely.
 #[test]
-fn what_has_no_bound_says_so() {
+fn missing_bounds_are_reported() {
     let bound = |body: &str| {
         let text = format!("#[energy]\npub fn e(p: Particle, s: Real) -> Real {{ {body} }}\n");
         let compiled =

@@ -47,7 +47,7 @@ fn furthest(general: &Stages, special: &Stages, states: usize) -> f64 {
     let signature = &subjects[1].program.signature;
     let mut moves = Vec::new();
     for body in &signature.bodies {
-        moves.extend(std::iter::repeat_n(!body.fixed, body.kind.freedoms()));
+        moves.extend(std::iter::repeat_n(!body.fixed, body.kind.dofs()));
     }
     let n = moves.len();
     let kept: Vec<usize> = (0..n).filter(|k| moves[*k]).collect();
@@ -145,7 +145,7 @@ fn results_do_not_disturb_each_other() {
 }
 
 #[test]
-fn what_is_known_is_no_argument() {
+fn known_values_are_not_arguments() {
     let text = "#[constraint] fn rope(p: Particle, q: Particle, length: Real, at: Vec3) -> Real { \
                 (p.position + at - q.position).norm_squared() - length }";
     let tree = syntax::parse(&Source::new("rope.rs", text)).unwrap();
@@ -160,5 +160,5 @@ fn what_is_known_is_no_argument() {
     assert_eq!(kernel.name, "rope_fixed_q_set_at_damping");
     let parameters = kernel.schedule.signature.given().map(|(_, parameter)| parameter.name.as_str());
     assert_eq!(parameters.collect::<Vec<_>>(), ["length", "stiffness"]);
-    assert_eq!(kernel.schedule.signature.freedoms(), 3);
+    assert_eq!(kernel.schedule.signature.dofs(), 3);
 }

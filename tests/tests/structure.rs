@@ -131,7 +131,7 @@ fn files_are_short_and_say_what_they_do() {
             );
             assert!(
                 text.starts_with("//! "),
-                "{name}/src/{file} does not begin with what it takes and returns"
+                "{name}/src/{file} does not begin with a comment on its inputs and outputs"
             );
         }
     }

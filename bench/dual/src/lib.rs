@@ -76,14 +76,14 @@ fn sub<T: Number>(v: [T; 3], w: [T; 3]) -> [T; 3] {
 fn read<const N: usize, const B: usize, const L: usize>(
     structs: [&[f64; L]; B],
 ) -> ([Body<f64>; B], [f64; N]) {
-    let freedoms = N / B;
+    let dofs = N / B;
     let mut velocity = [0.0; N];
     let mut bodies = [Body { first: 0, position: [0.0; 3], orientation: None }; B];
     for (i, values) in structs.iter().enumerate() {
         let position = [values[0], values[1], values[2]];
-        let orientation = (freedoms == 6).then(|| [3, 4, 5, 6].map(|k| values[k]));
-        bodies[i] = Body { first: i * freedoms, position, orientation };
-        velocity[i * freedoms..(i + 1) * freedoms].copy_from_slice(&values[L - freedoms..]);
+        let orientation = (dofs == 6).then(|| [3, 4, 5, 6].map(|k| values[k]));
+        bodies[i] = Body { first: i * dofs, position, orientation };
+        velocity[i * dofs..(i + 1) * dofs].copy_from_slice(&values[L - dofs..]);
     }
     (bodies, velocity)
 }

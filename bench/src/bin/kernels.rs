@@ -35,7 +35,7 @@ fn request() -> Result<Request, String> {
             name => plan.only.push(name.to_owned()),
         }
     }
-    // With peers, what they have and nothing else.
+    // With peers, only the kernels that the peers have.
     if plan.only.is_empty() {
         plan.only = plan.peers.iter().map(|peer| peer.kernel.clone()).collect();
     }

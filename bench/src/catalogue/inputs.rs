@@ -75,9 +75,9 @@ pub(super) fn not_finite(_: bool) -> Verdict {
         quarantined = bad.advance(k as f64 / 60.0, 1.0 / 60.0).quarantined;
     }
     let same = good.positions()[..count] == bad.positions()[..count];
-    let stands = bad.world.is_quarantined(victim) == Ok(true);
+    let stopped = bad.world.is_quarantined(victim) == Ok(true);
     Verdict {
-        passes: states && parameters && steps && quarantined == 1 && stands && same,
+        passes: states && parameters && steps && quarantined == 1 && stopped && same,
         text: format!(
             "state refused {states}, parameter {parameters}, h {steps}; force: {quarantined} quarantined, the other island the same bits: {same}"
         ),

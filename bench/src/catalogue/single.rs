@@ -45,7 +45,7 @@ fn single_gap(origin: [f64; 3], stiffness: f64, h: f64, time: f64) -> f64 {
     }
     let steps = (time / h).round() as usize;
     (0..steps)
-        .map(|_| world.step(h as f32).map_or(f64::NAN, |report| report.gap))
+        .map(|_| world.step(h as f32).map_or(f64::NAN, |report| report.max_violation))
         .fold(0.0, |most, gap| if gap.is_nan() { gap } else { most.max(gap) })
 }
 

@@ -15,13 +15,13 @@ pub struct Chain {
     pub stiffness: f64,
     /// In units of critical damping.
     pub damping: f64,
-    /// Of rod k out of n, kg; its inertia goes along.
+    /// The mass of rod k out of n, kg; the inertia is proportional to it.
     pub mass: fn(usize, usize) -> f64,
     /// Moments of a rod of 1 kg, kg·m².
     pub inertia: [f64; 3],
     /// The pin, m.
     pub origin: [f64; 3],
-    /// How far each joint is torn open at the start, m.
+    /// The initial opening of each joint, m.
     pub stretch: f64,
     /// Whether the first rod is pinned to the world.
     pub pinned: bool,

@@ -59,15 +59,15 @@ pub enum State {
     /// Error control chose all steps.
     Controlled,
     /// The error is larger than the error of no motion, or is not finite.
-    Astray,
+    Diverged,
     /// An island was put in quarantine.
     Quarantined,
 }
 
 impl State {
-    /// Whether the result is of use.
+    /// Whether the result is usable.
     pub fn is_sound(self) -> bool {
-        !matches!(self, State::Astray | State::Quarantined)
+        !matches!(self, State::Diverged | State::Quarantined)
     }
 
     /// A one-word description; empty if unnecessary.
@@ -75,7 +75,7 @@ impl State {
         match self {
             State::Plain | State::Controlled => "",
             State::Shortened => "shortened",
-            State::Astray => "astray",
+            State::Diverged => "diverged",
             State::Quarantined => "quarantined",
         }
     }
@@ -222,7 +222,7 @@ impl Known {
         let error = self.error(&end.marks, end.drift);
         let state = match (end.quarantined, error < self.moved, way.tolerance, end.rejected.0) {
             (true, ..) => State::Quarantined,
-            (_, false, ..) => State::Astray,
+            (_, false, ..) => State::Diverged,
             (_, _, Some(_), _) => State::Controlled,
             (_, _, None, 0) => State::Plain,
             (_, _, None, _) => State::Shortened,
@@ -249,7 +249,7 @@ impl Known {
             step: row.step,
             error,
             rejected: (0, 0),
-            state: if error < self.moved { State::Plain } else { State::Astray },
+            state: if error < self.moved { State::Plain } else { State::Diverged },
         }
     }
 }

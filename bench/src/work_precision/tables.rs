@@ -97,8 +97,8 @@ pub(super) fn csv(problem: &Problem, measured: &Measured) -> String {
     text
 }
 
-/// For each point of a peer the cheapest of ours that errs no more, in position and in energy; none without peers.
-pub(super) fn beside(all: &[(&Problem, Measured)]) -> Option<String> {
+/// For each point of a peer, the fastest of our points with at most its error in position and in energy; `None` without peers.
+pub(super) fn compared(all: &[(&Problem, Measured)]) -> Option<String> {
     let of = |name: &str| all.iter().find(|(problem, _)| problem.name == name).map(|(_, measured)| measured);
     let (driven, free) = (of("ben25")?, of("ben25-free")?);
     let both: Vec<(&Point, &Point)> = driven

@@ -1,4 +1,4 @@
-//! A rubber band: the function is called for its energy, the kernel beside it for the force.
+//! A rubber band: the function is called for its energy, its kernel computes the force.
 
 use forcec_runtime::prelude::*;
 

@@ -177,7 +177,7 @@ fn signature(
         signature.parameters.push(parameter(function, known, name, stored, diagnostics));
     }
     known.fix(&mut signature.bodies);
-    if !signature.bodies.is_empty() && signature.freedoms() == 0 {
+    if !signature.bodies.is_empty() && signature.dofs() == 0 {
         diagnostics.push(
             Diagnostic::error(
                 function.name.span,

@@ -327,7 +327,7 @@ impl<'a> Walker<'a> {
         let out = known && !pi && !here;
         if out {
             let message = format!("`{last}` of `{place}` is not part of this file");
-            let error = Diagnostic::error(path.span, message, "only what stands in the file is known");
+            let error = Diagnostic::error(path.span, message, "only items of this file are known");
             self.diagnostics.push(error.help(format!("for that of this file write `{last}`")));
         }
         out

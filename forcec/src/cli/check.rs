@@ -20,7 +20,7 @@ pub(super) struct Check {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
-    /// Print bounds of the rounding errors of each result beside the errors, in both precisions
+    /// Print bounds of the rounding errors of each output next to the errors, in both precisions
     #[arg(long)]
     rounding: bool,
     /// Pass although an arm of a branch was active at no state

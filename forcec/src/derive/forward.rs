@@ -405,7 +405,7 @@ impl TangentDerivatives {
                 self.stacked(rows)
             }
             Node::VectorLet(v) | Node::VectorOffset(v, _) => (*self.matrix_of(*v, variable)).clone(),
-            _ => unreachable!("{node:?} is no vector"),
+            _ => unreachable!("{node:?} is not a vector"),
         }
     }
 

@@ -316,7 +316,7 @@ impl FixedMultipliers {
             graph
                 .signature
                 .extra_slot("multipliers", number as u32)
-                .expect("a result brings what it is made of")
+                .expect("an output that needs this argument was requested")
         };
         for (c, pull, active, number) in self.reals {
             let slot = slot(graph, number);

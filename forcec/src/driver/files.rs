@@ -532,7 +532,7 @@ fn change(output: &Output, place: PathBuf) -> Result<Option<Change<'_>>, String>
         Err(format!("error: `{}` {what}; it is left as it is\n  = help: {help}", shown(path)))
     };
     if !old.is_file() {
-        return foreign("is no regular file");
+        return foreign("is not a regular file");
     }
     let text = fs::read(&place).map_err(|error| failed(path, error))?;
     if text == output.text.as_bytes() {

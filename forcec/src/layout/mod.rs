@@ -281,8 +281,8 @@ impl Pieces {
 fn spans(program: &Program) -> Vec<(String, Range<usize>)> {
     let mut start = 0;
     let span = |(_, body): (usize, &crate::model::bodies::Body)| {
-        start += body.kind.freedoms();
-        (body.name.clone(), start - body.kind.freedoms()..start)
+        start += body.kind.dofs();
+        (body.name.clone(), start - body.kind.dofs()..start)
     };
     program.signature.moving().map(span).collect()
 }

@@ -98,7 +98,7 @@ impl Operand<'_, '_> {
 
     /// A state at about this distance, by Newton's method along the poses; `None` if the method fails.
     fn reach(&self, start: &[f64], target: f64) -> Option<Vec<f64>> {
-        let n = self.model.freedoms();
+        let n = self.model.dofs();
         let mut state = start.to_vec();
         for _ in 0..ITERATIONS {
             let (distance, side) = self.distance(&state);

@@ -88,7 +88,7 @@ pub struct Damping {
 }
 
 pub(super) fn damping(model: &Model, states: &[Vec<f64>]) -> Option<Damping> {
-    let n = model.freedoms();
+    let n = model.dofs();
     let mut all = Damping { states: 0, active: 0, idle: 0, indefinite: 0, asymmetry: 0.0, rank: (0, n) };
     for state in states {
         let mut state = state.clone();

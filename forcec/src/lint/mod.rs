@@ -103,7 +103,7 @@ pub fn advise(definition: &Definition) -> Advice {
 /// States near those at which a constraint is satisfied.
 fn near(model: &Model, drawn: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut random = Random::new(2);
-    let all = 0..model.freedoms();
+    let all = 0..model.dofs();
     let satisfied = drawn.iter().filter_map(|state| model.satisfied(state, &all));
     let moved = satisfied.map(|state| model.moved(&state, &(model.direction(&mut random, &all) * GAP)));
     moved.filter(|state| model.at(state).is_finite()).collect()

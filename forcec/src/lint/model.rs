@@ -80,13 +80,13 @@ impl<'a> Model<'a> {
     }
 
     /// The number of degrees of freedom.
-    pub(super) fn freedoms(&self) -> usize {
+    pub(super) fn dofs(&self) -> usize {
         self.layout.pose.len()
     }
 
     pub(super) fn at(&self, state: &[f64]) -> Response {
         let all = self.tape.values(state).outputs;
-        let n = self.freedoms();
+        let n = self.dofs();
         let part = |wanted: Part| {
             let found = self.parts.iter().find(|(part, _)| *part == wanted);
             found.map_or(&[][..], |(_, range)| &all[range.clone()])
@@ -130,7 +130,7 @@ impl<'a> Model<'a> {
 
     pub(super) fn velocity(&self, state: &[f64]) -> DVector<f64> {
         let all = self.layout.velocity.iter().map(|c| state[c.start + c.axis]);
-        DVector::from_iterator(self.freedoms(), all)
+        DVector::from_iterator(self.dofs(), all)
     }
 
     pub(super) fn set_velocity(&self, state: &mut [f64], velocity: &DVector<f64>) {
@@ -142,7 +142,7 @@ impl<'a> Model<'a> {
     /// The state with zero velocities.
     pub(super) fn rest(&self, state: &[f64]) -> Vec<f64> {
         let mut state = state.to_vec();
-        self.set_velocity(&mut state, &DVector::zeros(self.freedoms()));
+        self.set_velocity(&mut state, &DVector::zeros(self.dofs()));
         state
     }
 
@@ -180,7 +180,7 @@ impl<'a> Model<'a> {
             let jacobian = jacobian.columns(free.start, free.len()).into_owned();
             let step = jacobian.svd(true, true).solve(&value, 1e-9).ok()?;
             let shorter = (LONGEST / step.norm()).min(1.0);
-            let mut delta = DVector::zeros(self.freedoms());
+            let mut delta = DVector::zeros(self.dofs());
             delta.rows_mut(free.start, free.len()).copy_from(&(step * -shorter));
             let next = self.moved(&state, &delta);
             // If the constraint is singular where it is satisfied, a state close to that suffices.
@@ -194,7 +194,7 @@ impl<'a> Model<'a> {
 
     /// A unit vector in the tangent space.
     pub(super) fn direction(&self, random: &mut Random, free: &Range<usize>) -> DVector<f64> {
-        let mut direction = DVector::zeros(self.freedoms());
+        let mut direction = DVector::zeros(self.dofs());
         direction.rows_mut(free.start, free.len()).iter_mut().for_each(|x| *x = random.uniform(-1.0, 1.0));
         let norm = direction.norm();
         if norm > 0.0 { direction / norm } else { direction }

@@ -145,10 +145,10 @@ impl<'m, 'a> Scene<'m, 'a> {
             force[2] -= MASS * GRAVITY;
             let Some(change) = matrix.lu().solve(&((force + k * &velocity * h) * h)) else { return false };
             velocity += change;
-            let mut delta = DVector::zeros(model.freedoms());
+            let mut delta = DVector::zeros(model.dofs());
             delta.rows_mut(self.free.start, self.free.len()).copy_from(&(&velocity * h));
             state = model.moved(&state, &delta);
-            let mut all = DVector::zeros(model.freedoms());
+            let mut all = DVector::zeros(model.dofs());
             all.rows_mut(self.free.start, self.free.len()).copy_from(&velocity);
             model.set_velocity(&mut state, &all);
             at = model.at(&state);

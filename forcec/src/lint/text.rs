@@ -46,8 +46,8 @@ pub fn render(advice: &Advice, source: &Source) -> String {
                 0 => String::new(),
                 some => format!(", indefinite at {some} of {all}"),
             };
-            let (rank, freedoms) = damping.rank;
-            format!("{energy}; ∂F/∂V {symmetric}{indefinite}, of rank {rank} of {freedoms}")
+            let (rank, dofs) = damping.rank;
+            format!("{energy}; ∂F/∂V {symmetric}{indefinite}, of rank {rank} of {dofs}")
         }),
     );
     // Singular places from one unrolled loop share a line: the smallest distance at C = 0, and their number.

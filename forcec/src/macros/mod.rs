@@ -137,7 +137,11 @@ pub fn file(input: TokenStream) -> TokenStream {
         Ok(text) => text,
         Err(error) => {
             let label = format!("`{}`: {error}", shown(&path));
-            return failed("cannot read the force file", label, "the path counts from the file it stands in");
+            return failed(
+                "cannot read the force file",
+                label,
+                "the path is relative to the file that contains it",
+            );
         }
     };
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());

@@ -112,8 +112,8 @@ pub(crate) fn mixed(file: &ast::File, places: &Places) -> Vec<Diagnostic> {
             names.clone().chain(used.filter(|(name, _)| names.clone().any(|(own, _)| own == *name)))
         {
             let Some(writer) = places.token_at(span).and_then(writer) else { continue };
-            let (first, told) = writers.entry(name).or_insert_with(|| (writer.clone(), false));
-            if *first != writer && !std::mem::replace(told, true) {
+            let (first, reported) = writers.entry(name).or_insert_with(|| (writer.clone(), false));
+            if *first != writer && !std::mem::replace(reported, true) {
                 let message =
                     format!("`{name}` is the name of two variables, of a macro and of who calls it");
                 let error = Diagnostic::error(span, message, "the kernel cannot tell them apart");

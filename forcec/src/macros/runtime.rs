@@ -76,7 +76,7 @@ pub(crate) fn ties(
             type Indices = [usize; #count];
             const NAME: &'static str = #module::NAME;
             const BODIES: &'static [::forcec_runtime::BodyKind] = &[#(::forcec_runtime::BodyKind::#kinds),*];
-            const FREEDOMS: usize = #module::FREEDOMS;
+            const DOFS: usize = #module::DOFS;
             const DFDX_NONZERO: &'static [&'static str] = &#module::DFDX_NONZERO;
             const DFDV_NONZERO: &'static [&'static str] = &#module::DFDV_NONZERO;
 
@@ -210,12 +210,12 @@ fn measure(value: &Stages, real: &Ident) -> TokenStream {
                 for #rows in out.value.into_iter()#each {
                     let value: #real = value #side;
                     measure.energy += 0.5 * #stiffness * value * value;
-                    measure.gap = measure.gap.max(value.abs());
+                    measure.max_violation = measure.max_violation.max(value.abs());
                 }
                 measure
             }
         }
-        _ => quote!(::forcec_runtime::Measure { energy: out.value[0], gap: 0.0 }),
+        _ => quote!(::forcec_runtime::Measure { energy: out.value[0], max_violation: 0.0 }),
     }
 }
 

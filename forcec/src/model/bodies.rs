@@ -93,7 +93,7 @@ impl BodyKind {
     }
 
     /// Number of degrees of freedom.
-    pub fn freedoms(self) -> usize {
+    pub fn dofs(self) -> usize {
         self.row().coordinates.len()
     }
 
@@ -260,8 +260,8 @@ pub struct Block {
 
 impl Signature {
     /// Total number of degrees of freedom.
-    pub fn freedoms(&self) -> usize {
-        self.moving().map(|(_, body)| body.kind.freedoms()).sum()
+    pub fn dofs(&self) -> usize {
+        self.moving().map(|(_, body)| body.kind.dofs()).sum()
     }
 
     /// Moving bodies, with their indices among the arguments.

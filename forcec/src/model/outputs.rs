@@ -70,7 +70,7 @@ impl Extra {
         let list = |length: usize| ParameterType::Array(length as u32, Box::new(ParameterType::Real));
         let (name, ty) = match self {
             Extra::Step => ("step", ParameterType::Real),
-            Extra::Direction => ("direction", list(signature.freedoms())),
+            Extra::Direction => ("direction", list(signature.dofs())),
             Extra::Multipliers => ("multipliers", list(signature.rows)),
         };
         Parameter { name: name.to_owned(), ty, domain: Domain::Any, value: None }
@@ -419,7 +419,7 @@ impl Part {
         }
         let length = |axis: Axis| match axis {
             Axis::Row => signature.rows,
-            Axis::Coordinate => signature.freedoms(),
+            Axis::Coordinate => signature.dofs(),
             Axis::Entry => 0,
         };
         (length(self.row().rows), self.row().columns.map_or(1, length))

@@ -88,7 +88,7 @@ impl Specialization {
         let off = |norm: &f64| (norm - 1.0).abs() > UNIT;
         if let Some(norm) = value.chunks(4).filter(|_| turns).map(norm).find(off) {
             let help = "divide its entries by the norm; `[0, 0, 0, 1]` turns nothing";
-            return Err((format!("`{name}` is no unit quaternion: its norm is {norm}"), help.to_owned()));
+            return Err((format!("`{name}` is not a unit quaternion: its norm is {norm}"), help.to_owned()));
         }
         parameter.value = Some(value);
         Ok(())
@@ -238,7 +238,7 @@ mod tests {
         let turn = ParameterType::Quaternion;
         assert_eq!(give("k=[0, 0.6, 0, 0.8000001]", turn.clone()), Ok(()));
         let (message, _) = give("k=[0, 0, 0, 2]", turn.clone()).unwrap_err();
-        assert_eq!(message, "`k` is no unit quaternion: its norm is 2");
+        assert_eq!(message, "`k` is not a unit quaternion: its norm is 2");
         let (message, help) = give("k=1", turn.clone()).unwrap_err();
         assert_eq!(
             (message.as_str(), help.as_str()),

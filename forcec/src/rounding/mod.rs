@@ -187,19 +187,19 @@ pub fn rounding(kernel: &Kernel, precision: Precision) -> Rounding {
 impl Rounding {
     /// The sentences in the head comment of a kernel; none if no state is regular.
     pub fn lines(&self) -> Vec<String> {
-        let told = self.bounds.iter().filter(|bound| bound.unbounded < self.states);
-        let told: Vec<String> = told
+        let bounded = self.bounds.iter().filter(|bound| bound.unbounded < self.states);
+        let bounded: Vec<String> = bounded
             .map(|bound| match bound.relative {
                 0.0 => format!("{} exact", bound.part),
                 relative => format!("{} ≤ {}", bound.part, upward(relative)),
             })
             .collect();
         let mut lines = Vec::new();
-        if !told.is_empty() {
+        if !bounded.is_empty() {
             let states = self.states;
             let rounded = self.bounds.iter().any(|bound| bound.relative > 0.0);
             let unit = if rounded { " of the largest entry" } else { "" };
-            lines.push(format!("Rounding: {}{unit}, at {states} random states.", told.join(", ")));
+            lines.push(format!("Rounding: {}{unit}, at {states} random states.", bounded.join(", ")));
         }
         let open = self.bounds.iter().filter(|bound| bound.unbounded > 0);
         lines.extend(open.map(|bound| {

@@ -265,7 +265,7 @@ impl Reader<'_> {
             return self.error_at(
                 span,
                 "only functions with a name can be called",
-                "what stands before is no name",
+                "the called expression is not a name",
                 "write a helper `fn` and call it by its name",
             );
         };
@@ -304,7 +304,7 @@ impl Reader<'_> {
                 }
                 syn::Member::Unnamed(index) => {
                     let span = self.at(index.span);
-                    self.error(span, "a field has a name", "a number stands here");
+                    self.error(span, "a field has a name", "this is a number");
                 }
             }
         }
@@ -442,7 +442,7 @@ impl Reader<'_> {
                 return self.unsupported(
                     span,
                     "ranges as values",
-                    "a range stands behind `for i in` only",
+                    "a range may only follow `for i in`",
                     "write the loop, `for i in 0..n`",
                 );
             }

@@ -80,7 +80,7 @@ impl Reader<'_> {
                 self.error_help(
                     Span::default(),
                     "a body holds statements only",
-                    "an item stands within a function",
+                    "an item within a function",
                     "write it at the top of the file",
                 );
                 Some(Statement::Expr(value))
@@ -265,7 +265,7 @@ impl Reader<'_> {
             self.error_help(
                 span,
                 "labels are not part of the force language",
-                "there is no `break` to name it",
+                "no `break` can use it",
                 "leave it out",
             );
         }

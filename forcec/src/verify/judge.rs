@@ -110,13 +110,13 @@ impl<'a> Judge<'a> {
         values.iter().all(|x| x.is_finite()).then_some(State { values, ..*state })
     }
 
-    /// Compares at a state of this precision; `beside` computes the exact outputs at neighbouring states.
+    /// Compares at a state of this precision; `exact_at` computes the exact outputs at another state.
     pub(super) fn see(
         &mut self,
         family: Family,
         state: &State,
         truth: &Known,
-        beside: &dyn Fn(&State) -> Option<Known>,
+        exact_at: &dyn Fn(&State) -> Option<Known>,
     ) {
         self.found.states += 1;
         let Some(kernel) = (self.printed.evaluate)(&|slot| state.values[self.places.place(slot)]) else {
@@ -157,7 +157,7 @@ impl<'a> Judge<'a> {
                     continue;
                 }
                 if broken && !enough {
-                    let neighbours = neighbours.get_or_insert_with(|| self.neighbours(state, beside));
+                    let neighbours = neighbours.get_or_insert_with(|| self.neighbours(state, exact_at));
                     let errors = neighbours.iter().filter_map(|(known, written)| {
                         Some(by_text(written[index].as_ref()?, known.results[index].as_ref()?))
                     });
@@ -189,7 +189,7 @@ impl<'a> Judge<'a> {
     fn neighbours(
         &self,
         state: &State,
-        beside: &dyn Fn(&State) -> Option<Known>,
+        exact_at: &dyn Fn(&State) -> Option<Known>,
     ) -> Vec<(Known, Vec<Option<Vec<f64>>>)> {
         let mut stays: Vec<bool> = state.values.iter().map(|x| *x == 0.0).collect();
         for at in quaternions(self.places) {
@@ -213,7 +213,7 @@ impl<'a> Judge<'a> {
                 *x = if random.chance(2) { -self.next(-*x) } else { *x };
             }
             let state = State { values, ..*state };
-            if let Some(known) = beside(&state) {
+            if let Some(known) = exact_at(&state) {
                 let text = (self.text)(&state.values, known.has_second(self.arrays));
                 found.push((known, text));
             }

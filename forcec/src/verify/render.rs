@@ -192,19 +192,19 @@ impl Columns {
             (true, false) => "pass*",
         };
         let mut cells = vec![report.kernel.clone(), outcome.to_owned(), report.states().to_string()];
-        let told = |error: Option<f64>| error.map_or_else(|| "-".to_owned(), size);
+        let cell = |error: Option<f64>| error.map_or_else(|| "-".to_owned(), size);
         let easy = |part: &Part| {
             let comparison = report.comparisons.iter().find(|c| c.array == *part);
             comparison.and_then(|c| c.relative(|family| !is_hard(family)))
         };
         if self.apart {
-            cells.extend(self.parts.iter().map(|part| told(easy(part))));
+            cells.extend(self.parts.iter().map(|part| cell(easy(part))));
         } else {
-            cells.push(told(self.parts.iter().filter_map(easy).reduce(f64::max)));
+            cells.push(cell(self.parts.iter().filter_map(easy).reduce(f64::max)));
         }
         let missing = report.not_covered();
         let hard = |family| is_hard(family) && !missing.contains(&family);
-        cells.push(told(report.comparisons.iter().filter_map(|c| c.relative(hard)).reduce(f64::max)));
+        cells.push(cell(report.comparisons.iter().filter_map(|c| c.relative(hard)).reduce(f64::max)));
         let worst = |c: &Comparison| c.worst.as_ref().map_or(0.0, Entry::ratio);
         cells.push(quotient(report.comparisons.iter().map(worst).fold(0.0, f64::max)));
         cells.extend(self.precisions.iter().map(|precision| {

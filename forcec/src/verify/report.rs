@@ -271,8 +271,8 @@ impl Coverage {
         if self.family == Family::Edges {
             return true;
         }
-        let told = self.checked - self.unresolved;
-        told > 0 && told * 9 >= self.singular + self.unresolved
+        let resolved = self.checked - self.unresolved;
+        resolved > 0 && resolved * 9 >= self.singular + self.unresolved
     }
 }
 

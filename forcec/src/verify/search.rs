@@ -435,7 +435,7 @@ impl<'d> Search<'d> {
     }
 
     /// States on both sides of a decider's edge, nearer and nearer, from a start that reaches the decider.
-    fn beside(&self, decider: Decider, count: usize, turn: usize) -> Vec<State> {
+    fn near_decider(&self, decider: Decider, count: usize, turn: usize) -> Vec<State> {
         for start in self.starts.iter().rev() {
             let values = self.evaluate(&start.values);
             for side in [true, false] {
@@ -493,7 +493,7 @@ impl<'d> Search<'d> {
             // Both sides of each decider, or of as many deciders as there are states for.
             let stride = (2 * deciders.len()).div_ceil(left.max(2));
             for (turn, decider) in deciders.iter().step_by(stride).enumerate() {
-                states.extend(self.beside(*decider, (each & !1).clamp(2, 6), turn));
+                states.extend(self.near_decider(*decider, (each & !1).clamp(2, 6), turn));
             }
         }
         states

@@ -25,7 +25,7 @@ impl<N> Value<N> {
     pub(crate) fn real(&self) -> &N {
         match self {
             Value::Real(x) => x,
-            _ => panic!("a real stands where the graph says so"),
+            _ => panic!("the graph expects a real"),
         }
     }
 
@@ -33,14 +33,14 @@ impl<N> Value<N> {
     pub(crate) fn vector(&self) -> &[N; 3] {
         match self {
             Value::Vector(v) => v,
-            _ => panic!("a vector stands where the graph says so"),
+            _ => panic!("the graph expects a vector"),
         }
     }
 
     pub(crate) fn truth(&self) -> bool {
         match self {
             Value::Truth(truth) => *truth,
-            _ => panic!("a truth stands where the graph says so"),
+            _ => panic!("the graph expects a truth"),
         }
     }
 }

@@ -183,7 +183,7 @@ impl<F: Scalar> Text<'_, '_, F> {
         self.inputs[start + axis].clone()
     }
 
-    fn freedoms(&self) -> usize {
+    fn dofs(&self) -> usize {
         self.written.places.pose.len()
     }
 
@@ -226,7 +226,7 @@ impl<F: Scalar> Text<'_, '_, F> {
             return self.rows.clone();
         }
         let term = |k: usize| move |(row, multiplier): (&Vec<F>, &F)| (row[k].clone(), multiplier.clone());
-        (0..self.freedoms()).map(|k| -inner(self.jacobian.iter().zip(multipliers).map(term(k)))).collect()
+        (0..self.dofs()).map(|k| -inner(self.jacobian.iter().zip(multipliers).map(term(k)))).collect()
     }
 
     /// ∂λ/∂X_j or ∂λ/∂V_j of a row.
@@ -239,13 +239,13 @@ impl<F: Scalar> Text<'_, '_, F> {
         if !pose {
             return damping * slope;
         }
-        let rate = inner((0..self.freedoms()).map(|k| (self.second[row][k][j].clone(), self.velocity(k))));
+        let rate = inner((0..self.dofs()).map(|k| (self.second[row][k][j].clone(), self.velocity(k))));
         stiffness * slope + damping * rate
     }
 
     /// The derivatives of the quantity `of` along every coordinate of the pose or the velocity, row by row.
     fn along(&self, of: &Of<F>, pose: bool) -> Vec<Vec<F>> {
-        let (n, rows) = (self.freedoms(), self.rows.len());
+        let (n, rows) = (self.dofs(), self.rows.len());
         if self.written.law == Statement::Force {
             return if pose { self.jacobian.clone() } else { self.along_velocity.clone() };
         }
@@ -270,7 +270,8 @@ impl<F: Scalar> Text<'_, '_, F> {
     /// The entries of an extra argument.
     fn extra(&self, name: &str) -> Vec<F> {
         let places = self.written.places;
-        let slot = places.signature.extra_slot(name, 0).expect("a result brings what it is made of");
+        let slot =
+            places.signature.extra_slot(name, 0).expect("an output that needs this argument was requested");
         let length = places.signature.parameter(slot).map_or(0, |extra| extra.ty.length() as usize);
         self.inputs[places.place(slot)..][..length].to_vec()
     }
@@ -300,7 +301,7 @@ impl<F: Scalar> Text<'_, '_, F> {
             Part::Dfdv => self.along(&Of::Force, false).concat(),
             Part::Impulse => {
                 let h = &self.extra("step")[0];
-                let velocities: Vec<F> = (0..self.freedoms()).map(|k| self.velocity(k)).collect();
+                let velocities: Vec<F> = (0..self.dofs()).map(|k| self.velocity(k)).collect();
                 let change = self.times(&self.along(&Of::Force, true), &velocities);
                 let force = self.force(&self.multipliers).into_iter().zip(change);
                 force.map(|(f, df)| h.clone() * (f + h.clone() * df)).collect()

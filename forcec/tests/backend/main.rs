@@ -106,7 +106,7 @@ fn driver(target: Target) -> String {
     let mut text = String::new();
     for kernel in file().kernels {
         let signature = &kernel.schedule.signature;
-        let count = signature.freedoms();
+        let count = signature.dofs();
         for precision in [Precision::F64, Precision::F32] {
             let (real, name) = (if precision == Precision::F64 { "double" } else { "float" }, &kernel.name);
             let (mut fill, mut call) = (String::new(), Vec::new());
@@ -273,7 +273,7 @@ fn rust_compiles_without_a_warning_and_computes_the_same() {
 
 /// Counts operators and calls in the bodies of emitted functions, with loop bodies weighted by the number of
 /// iterations, independently of the code generator.
-fn recount(text: &str, freedoms: usize) -> Operations {
+fn recount(text: &str, dofs: usize) -> Operations {
     let mut total = Operations::default();
     let mut outer = 1;
     for line in text.lines().map(str::trim) {
@@ -292,7 +292,7 @@ fn recount(text: &str, freedoms: usize) -> Operations {
         }
         if let Some((_, closure)) = line.split_once(".map(|") {
             line = closure.split_once("| ").unwrap().1.strip_suffix(");").unwrap();
-            times = freedoms;
+            times = dofs;
         }
         let mut count = Operations::default();
         if line.starts_with("for ")
@@ -353,14 +353,10 @@ fn operations_are_counted_on_the_text() {
         let schedule = schedule(&program, Style::default(), &Meanings::default());
         let kernel = Kernel::dense(name.clone(), vec![], vec![], schedule);
         let operations = kernel.schedule.operations();
-        let freedoms = kernel.schedule.signature.freedoms();
+        let dofs = kernel.schedule.signature.dofs();
         let rust = emit::rust::kernel_module(&kernel, Precision::F32);
         let start = rust.find("pub fn evaluate").unwrap();
-        assert_eq!(
-            recount(rust[start..].split_once("{\n").unwrap().1, freedoms),
-            operations,
-            "{name} in Rust"
-        );
+        assert_eq!(recount(rust[start..].split_once("{\n").unwrap().1, dofs), operations, "{name} in Rust");
         let file = File {
             stem: name.clone(),
             docs: vec![],
@@ -368,7 +364,7 @@ fn operations_are_counted_on_the_text() {
             precisions: vec![Precision::F64],
         };
         let c = emit::c::source(&file);
-        assert_eq!(recount(c.split_once("{\n").unwrap().1, freedoms), operations, "{name} in C");
+        assert_eq!(recount(c.split_once("{\n").unwrap().1, dofs), operations, "{name} in C");
     }
 }
 

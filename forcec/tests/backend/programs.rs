@@ -252,7 +252,7 @@ pub(crate) fn everything() -> Program {
     outputs.push(g.product(&[(total, 2)]));
     let nested = g.mul(total, axis[2]);
     outputs.push(g.sub(x, nested));
-    let count = p.signature.freedoms();
+    let count = p.signature.dofs();
     let mut places = (0..2 * count * count).filter(|i| i % 31 != 3 && !(40..46).contains(i));
     for (i, value) in outputs.into_iter().enumerate() {
         if i < 4 {
@@ -369,7 +369,7 @@ pub(crate) fn random(seed: u64, size: usize) -> Program {
         }
         pool.push(node);
     }
-    let count = p.signature.freedoms();
+    let count = p.signature.dofs();
     for row in 0..count {
         let mut pick = |g: &mut Graph| {
             let id = pool[pool.len() - 1 - r.below(pool.len().min(60))];

@@ -37,7 +37,7 @@
 pub mod contact;
 mod narrow;
 
-use crate::island::Life;
+use crate::island::Activity;
 use crate::state::Motion;
 use crate::world::{Body, Force, Place, World};
 use crate::{Error, Rigid};
@@ -342,13 +342,13 @@ impl Solid {
         let still = known && state == self.state;
         (self.rests, self.quarantined) = match world.place(self.body)? {
             Place::Frame(_) => {
-                let stands = state.velocity == state.angular_velocity && state.velocity.norm_squared() == 0.0;
-                (still && stands, false)
+                let halted = state.velocity == state.angular_velocity && state.velocity.norm_squared() == 0.0;
+                (still && halted, false)
             }
             Place::Island(island, index) => {
                 let island = &world.islands[island];
                 self.motion = island.store.members[self.body.kind as usize][index].motion;
-                (island.life != Life::Awake, island.life == Life::Quarantined)
+                (island.activity != Activity::Awake, island.activity == Activity::Quarantined)
             }
         };
         if !still {

@@ -6,7 +6,7 @@
 //! stiffness; if that fails too, the island is quarantined at its previous state. A method with an error
 //! estimate controls its steps by the estimate instead.
 
-use crate::island::{Energy, Island, Life};
+use crate::island::{Activity, Energy, Island};
 use crate::report::Report;
 use crate::settings::Settings;
 use crate::state::as_f64;
@@ -15,10 +15,10 @@ use crate::system::assemble::Fallback;
 use nalgebra::{RealField, Vector3, convert};
 
 /// A request to advance an island by a time.
-struct Course<'a, R> {
+struct StepRequest<'a, R> {
     /// The whole time, s.
     h: R,
-    guard: Fallback<R>,
+    fallback: Fallback<R>,
     gravity: Vector3<R>,
     settings: &'a Settings<R>,
 }
@@ -37,34 +37,34 @@ const CAP: f64 = 100.0;
 
 impl<R: RealField + Copy> Island<R> {
     /// Advances the island by `h` in accepted steps, or quarantines it.
-    pub(crate) fn cover(&mut self, h: R, gravity: Vector3<R>, settings: &Settings<R>) -> Report {
+    pub(crate) fn advance(&mut self, h: R, gravity: Vector3<R>, settings: &Settings<R>) -> Report {
         let mut report = Report { awake: 1, ..Report::default() };
         self.save_frame();
-        let covered = (0..3).any(|backup| {
-            let guard = match backup {
+        let advanced = (0..3).any(|backup| {
+            let fallback = match backup {
                 0 => Fallback::None,
                 1 => Fallback::SemiDefinite,
                 _ => Fallback::Capped(self.cap(h)),
             };
             report.semi_definite = usize::from(backup > 0);
             report.capped = usize::from(backup > 1);
-            let course = Course { h, guard, gravity, settings };
-            let covered = match settings.integrator {
-                Integrator::Rodas4 => self.cover_by_error(&course, &mut report),
-                _ => self.cover_by_halves(&course, &mut report),
+            let request = StepRequest { h, fallback, gravity, settings };
+            let advanced = match settings.integrator {
+                Integrator::Rodas4 => self.advance_by_error(&request, &mut report),
+                _ => self.advance_by_halving(&request, &mut report),
             };
-            if !covered {
+            if !advanced {
                 self.restore_frame();
                 self.control.size = None;
             }
-            covered
+            advanced
         });
-        if !covered {
-            self.life = Life::Quarantined;
+        if !advanced {
+            self.activity = Activity::Quarantined;
         }
         let energy = self.energy(gravity);
         report.energy = energy.in_world(gravity, self.origin);
-        report.gap = as_f64(energy.gap);
+        report.max_violation = as_f64(energy.max_violation);
         report
     }
 
@@ -75,9 +75,9 @@ impl<R: RealField + Copy> Island<R> {
         lightest * convert::<f64, R>(CAP) / (h * h)
     }
 
-    fn cover_by_halves(&mut self, course: &Course<'_, R>, report: &mut Report) -> bool {
+    fn advance_by_halving(&mut self, request: &StepRequest<'_, R>, report: &mut Report) -> bool {
         let (half, two) = (convert::<f64, R>(0.5), convert::<f64, R>(2.0));
-        let (mut size, mut depth, mut left) = (course.h, 0, 1_u32);
+        let (mut size, mut depth, mut left) = (request.h, 0, 1_u32);
         let halve = |size: &mut R, depth: &mut u32, left: &mut u32| {
             (*size, *depth, *left) = (*size * half, *depth + 1, *left * 2);
         };
@@ -86,7 +86,7 @@ impl<R: RealField + Copy> Island<R> {
             halve(&mut size, &mut depth, &mut left);
         }
         while left > 0 {
-            if self.try_step(size, course, report).is_ok() {
+            if self.try_step(size, request, report).is_ok() {
                 left -= 1;
                 self.control.size = Some(size);
             } else if depth < HALVINGS {
@@ -98,9 +98,9 @@ impl<R: RealField + Copy> Island<R> {
         true
     }
 
-    fn cover_by_error(&mut self, course: &Course<'_, R>, report: &mut Report) -> bool {
+    fn advance_by_error(&mut self, request: &StepRequest<'_, R>, report: &mut Report) -> bool {
         let number = convert::<f64, R>;
-        let h = course.h;
+        let h = request.h;
         let smallest = h * number(f64::from(2_u32.pow(2 * HALVINGS)).recip());
         let mut left = h;
         let mut size = self.control.size.unwrap_or(h).min(h);
@@ -109,10 +109,10 @@ impl<R: RealField + Copy> Island<R> {
             // The last two steps share the remaining time.
             let last = size >= left * number(0.999);
             let step = if last { left } else { size.min(left) };
-            let tried = self.try_step(step, course, report);
+            let tried = self.try_step(step, request, report);
             // The error of a step is proportional to the fourth power of its size.
             let factor = |error: R| {
-                let share = (error / course.settings.tolerance).max(number(1e-8));
+                let share = (error / request.settings.tolerance).max(number(1e-8));
                 (number(0.9) / share.sqrt().sqrt()).max(number(0.2)).min(most)
             };
             match tried {
@@ -138,14 +138,14 @@ impl<R: RealField + Copy> Island<R> {
     }
 
     /// Attempts one step; returns its error if accepted. Else restores the state; returns a too large error.
-    fn try_step(&mut self, h: R, course: &Course<'_, R>, report: &mut Report) -> Result<R, Option<R>> {
-        let before = self.energy(course.gravity);
-        let outcome = self.attempt(h, course.guard, course.gravity, course.settings, report);
-        match self.judge(h, course, before, outcome) {
+    fn try_step(&mut self, h: R, request: &StepRequest<'_, R>, report: &mut Report) -> Result<R, Option<R>> {
+        let before = self.energy(request.gravity);
+        let outcome = self.attempt(h, request.fallback, request.gravity, request.settings, report);
+        match self.judge(h, request, before, outcome) {
             Ok((outcome, after, most)) => {
                 self.control.energy = Some(after);
                 self.control.most = most;
-                self.keep(course.settings.integrator, course.guard);
+                self.keep(request.settings.integrator, request.fallback);
                 report.accepted += 1;
                 report.residual = report.residual.max(as_f64(outcome.residual));
                 Ok(outcome.error.unwrap_or(R::zero()))
@@ -153,7 +153,7 @@ impl<R: RealField + Copy> Island<R> {
             Err(error) => {
                 self.restore();
                 // After a halved step failed, the next attempt does not use the stored rates.
-                self.control.warm &= h == course.h;
+                self.control.warm &= h == request.h;
                 report.rejected += 1;
                 Err(error)
             }
@@ -164,12 +164,12 @@ impl<R: RealField + Copy> Island<R> {
     fn judge(
         &self,
         h: R,
-        course: &Course<'_, R>,
+        request: &StepRequest<'_, R>,
         before: Energy<R>,
         outcome: Option<Outcome<R>>,
     ) -> Result<(Outcome<R>, Energy<R>, R), Option<R>> {
         let number = convert::<f64, R>;
-        let &Course { gravity, settings, .. } = course;
+        let &StepRequest { gravity, settings, .. } = request;
         let (power, capped) = self.assembled();
         // In single precision a thousand roundings, in double precision far more.
         let bound = R::default_epsilon().sqrt().min(number(1e-4));
@@ -194,7 +194,7 @@ impl<R: RealField + Copy> Island<R> {
         let noise = (before.terms + after.terms) * R::default_epsilon() * number(100.0);
         // The power is of some time within the step; loads are constant, so their work is known better.
         let work = power * h * number(2.0);
-        let allowed = |share: R| most * share * (h / course.h) + noise;
+        let allowed = |share: R| most * share * (h / request.h) + noise;
         let most_grown = allowed(settings.energy_growth);
         let gained = grown > most_grown + work.max(R::zero()) && grown > most_grown + self.load_work(h);
         let lost = settings.energy_loss.is_some_and(|share| -grown > allowed(share) - work.min(R::zero()));

@@ -5,6 +5,7 @@
 //! refer to.
 
 pub(crate) mod control;
+mod topology;
 
 use crate::kernel::BodyKind;
 use crate::report::Report;
@@ -15,12 +16,12 @@ use crate::system::assemble::{Assembly, Fallback};
 use crate::system::batch::Batch;
 use crate::system::sparse::System;
 use nalgebra::{RealField, SVector, Vector3, convert};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// The state of activity of an island.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) enum Life {
+pub(crate) enum Activity {
     #[default]
     Awake,
     Asleep,
@@ -33,11 +34,11 @@ pub(crate) struct Island<R: RealField + Copy> {
     pub(crate) origin: Vector3<f64>,
     pub(crate) store: Store<R>,
     pub(crate) batches: Vec<Box<dyn Batch<R>>>,
-    pub(crate) life: Life,
+    pub(crate) activity: Activity,
     /// Whether bodies or forces were added or removed.
     pub(crate) changed: bool,
     /// Whether something was removed, so the island may have split.
-    pub(crate) torn: bool,
+    pub(crate) maybe_split: bool,
     pub(crate) control: Control<R>,
     engine: Engine<R>,
     /// The neighbours of each node, for cuts.
@@ -74,7 +75,7 @@ pub(crate) struct Energy<R> {
     pub(crate) total: R,
     /// The sum of the absolute terms.
     pub(crate) terms: R,
-    pub(crate) gap: R,
+    pub(crate) max_violation: R,
     /// The mass of the dynamic bodies, kg.
     pub(crate) mass: f64,
 }
@@ -98,9 +99,9 @@ impl<R: RealField + Copy> Island<R> {
             origin,
             store: Store::default(),
             batches: Vec::new(),
-            life: Life::Awake,
+            activity: Activity::Awake,
             changed: true,
-            torn: false,
+            maybe_split: false,
             control: Control {
                 energy: None,
                 most: R::zero(),
@@ -120,14 +121,14 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn wake(&mut self) {
         self.control.energy = None;
         self.forget();
-        self.stir();
+        self.wake_for_load();
     }
 
     /// After a change of loads: ends sleep; the known energy stays valid.
-    pub(crate) fn stir(&mut self) {
+    pub(crate) fn wake_for_load(&mut self) {
         self.control.still = R::zero();
-        if self.life == Life::Asleep {
-            self.life = Life::Awake;
+        if self.activity == Activity::Asleep {
+            self.activity = Activity::Awake;
         }
     }
 
@@ -138,8 +139,8 @@ impl<R: RealField + Copy> Island<R> {
         let rigid = self.store.rigid.iter().all(|body| slow(&body.velocity) && slow(&body.angular_velocity));
         let resting = rigid && self.store.particles.iter().all(|body| slow(&body.velocity));
         self.control.still = if resting { self.control.still + h } else { R::zero() };
-        if self.control.still >= sleep.time && self.life == Life::Awake {
-            self.life = Life::Asleep;
+        if self.control.still >= sleep.time && self.activity == Activity::Awake {
+            self.activity = Activity::Asleep;
         }
     }
 
@@ -153,82 +154,6 @@ impl<R: RealField + Copy> Island<R> {
                 self.batches.len() - 1
             }
         }
-    }
-
-    /// Copies some bodies of another island, all forces on them, in order, and the kinematic bodies these
-    /// need.
-    pub(crate) fn take_from(&mut self, other: &Island<R>, wanted: &dyn Fn(BodyKind, usize) -> bool) {
-        let shift: Vector3<R> = (other.origin - self.origin).map(convert);
-        let mut places: BTreeMap<(usize, usize), usize> = BTreeMap::new();
-        let bring = |store: &mut Store<R>, kind: BodyKind, index: usize| {
-            let member = &other.store.members[kind as usize][index];
-            let known = match member.motion {
-                Motion::Dynamic(..) => None,
-                Motion::Kinematic => {
-                    store.members[kind as usize].iter().position(|own| own.entry == member.entry)
-                }
-            };
-            known.unwrap_or_else(|| {
-                let mut state = other.store.get(kind, index);
-                state.position += shift;
-                store.push(kind, state, member.clone())
-            })
-        };
-        for (kind, index, member) in other.store.iter() {
-            if member.motion != Motion::Kinematic && wanted(kind, index) {
-                places.insert((kind as usize, index), bring(&mut self.store, kind, index));
-            }
-        }
-        for batch in &other.batches {
-            for at in 0..batch.entries().len() {
-                let bodies = || batch.kinds().iter().copied().zip(batch.indices(at).iter().copied());
-                let is_moved = |(kind, index): &(BodyKind, usize)| {
-                    other.store.members[*kind as usize][*index].motion != Motion::Kinematic
-                };
-                if !bodies().filter(is_moved).any(|(kind, index)| wanted(kind, index)) {
-                    continue;
-                }
-                for (kind, index) in bodies() {
-                    places
-                        .entry((kind as usize, index))
-                        .or_insert_with(|| bring(&mut self.store, kind, index));
-                }
-                let own = self.batch_like(batch.as_ref());
-                let place = |kind: BodyKind, index: usize| places[&(kind as usize, index)];
-                batch.copy_to(at, self.batches[own].as_mut(), &place);
-            }
-        }
-        self.changed = true;
-    }
-
-    /// If the island has split: the number of parts, and for each body of each type the number of its part.
-    pub(crate) fn parts(&self) -> Option<(usize, [Vec<usize>; 2])> {
-        let offset = self.store.rigid.len();
-        let number = |kind: BodyKind, index: usize| index + if kind == BodyKind::Rigid { 0 } else { offset };
-        let mut sets = Sets::new(offset + self.store.particles.len());
-        for batch in &self.batches {
-            for at in 0..batch.entries().len() {
-                let bodies = batch.kinds().iter().zip(batch.indices(at));
-                let mut moved = bodies
-                    .filter(|&(&kind, &index)| {
-                        self.store.members[kind as usize][index].motion != Motion::Kinematic
-                    })
-                    .map(|(&kind, &index)| number(kind, index));
-                if let Some(first) = moved.next() {
-                    moved.for_each(|other| sets.join(first, other));
-                }
-            }
-        }
-        let mut numbers = BTreeMap::new();
-        let mut parts = [vec![usize::MAX; offset], vec![usize::MAX; self.store.particles.len()]];
-        for (kind, index, member) in self.store.iter() {
-            if member.motion != Motion::Kinematic {
-                let next = numbers.len();
-                let part = *numbers.entry(sets.root(number(kind, index))).or_insert(next);
-                parts[kind as usize][index] = part;
-            }
-        }
-        (numbers.len() > 1).then_some((numbers.len(), parts))
     }
 
     /// Renumbers nodes and rebuilds the system, if bodies or forces changed.
@@ -291,7 +216,7 @@ impl<R: RealField + Copy> Island<R> {
             force: zeros.clone(),
             drift: zeros.clone(),
             driven: zeros.clone(),
-            lag: zeros,
+            momentum: zeros,
             nodes,
             ..Assembly::default()
         })
@@ -300,7 +225,8 @@ impl<R: RealField + Copy> Island<R> {
     /// Energy and the largest constraint violation at the present state.
     pub(crate) fn measure(&self, gravity: Vector3<R>) -> Energy<R> {
         let half = convert::<f64, R>(0.5);
-        let (mut kinetic, mut potential, mut terms, mut gap) = (R::zero(), R::zero(), R::zero(), R::zero());
+        let (mut kinetic, mut potential, mut terms, mut max_violation) =
+            (R::zero(), R::zero(), R::zero(), R::zero());
         let mut all = 0.0;
         let mut fall = |mass: R, position: Vector3<R>| {
             all += as_f64(mass);
@@ -327,9 +253,9 @@ impl<R: RealField + Copy> Island<R> {
             let one = batch.measure(&self.store.bodies());
             moving += one.energy;
             terms += one.energy.abs();
-            gap = gap.max(one.gap);
+            max_violation = max_violation.max(one.max_violation);
         }
-        Energy { moving, total: moving + potential, terms: terms + kinetic, gap, mass: all }
+        Energy { moving, total: moving + potential, terms: terms + kinetic, max_violation, mass: all }
     }
 
     /// The same, cached until the state changes.
@@ -360,7 +286,7 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn attempt(
         &mut self,
         h: R,
-        guard: Fallback<R>,
+        fallback: Fallback<R>,
         gravity: Vector3<R>,
         settings: &Settings<R>,
         report: &mut Report,
@@ -373,13 +299,13 @@ impl<R: RealField + Copy> Island<R> {
         let (solver, warm) = (settings.solver, control.warm && parts.is_empty());
         match engine {
             Engine::Three(model) => {
-                model.assembly.guard = guard;
+                model.assembly.fallback = fallback;
                 model.assembly.system.parts = parts;
                 Stepper { store, saved, batches, model, gravity, solver, warm, report }
                     .step(h, settings.integrator)
             }
             Engine::Six(model) => {
-                model.assembly.guard = guard;
+                model.assembly.fallback = fallback;
                 model.assembly.system.parts = parts;
                 Stepper { store, saved, batches, model, gravity, solver, warm, report }
                     .step(h, settings.integrator)
@@ -391,10 +317,10 @@ impl<R: RealField + Copy> Island<R> {
         self.store.restore(&self.saved);
     }
 
-    /// After an accepted step: stores multipliers and rates, but no rates of guarded forces.
-    pub(crate) fn keep(&mut self, integrator: Integrator, guard: Fallback<R>) {
+    /// After an accepted step: stores multipliers and rates, but no rates of modified forces.
+    pub(crate) fn keep(&mut self, integrator: Integrator, fallback: Fallback<R>) {
         self.batches.iter_mut().for_each(|batch| batch.keep());
-        self.control.warm = integrator == Integrator::GeneralizedAlpha && guard == Fallback::None;
+        self.control.warm = integrator == Integrator::GeneralizedAlpha && fallback == Fallback::None;
         if self.control.warm {
             match &self.engine {
                 Engine::Three(model) => model.keep_rates(&mut self.store),
@@ -406,19 +332,23 @@ impl<R: RealField + Copy> Island<R> {
     /// The power of forces without potential in the last assembly, and the largest factor by which a force
     /// was too stiff: infinite if a mass is negligible in rounding.
     pub(crate) fn assembled(&self) -> (R, R) {
-        let (power, capped, swamped) = match &self.engine {
-            Engine::Three(model) => (model.assembly.power, model.assembly.capped, model.assembly.swamped),
-            Engine::Six(model) => (model.assembly.power, model.assembly.capped, model.assembly.swamped),
+        let (power, capped, mass_negligible) = match &self.engine {
+            Engine::Three(model) => {
+                (model.assembly.power, model.assembly.capped, model.assembly.mass_negligible)
+            }
+            Engine::Six(model) => {
+                (model.assembly.power, model.assembly.capped, model.assembly.mass_negligible)
+            }
         };
-        (power, if swamped { R::one() / R::zero() } else { capped })
+        (power, if mass_negligible { R::one() / R::zero() } else { capped })
     }
 
     /// A body within the last step of `Rodas4`, at a fraction of its time.
-    pub(crate) fn between(&self, kind: BodyKind, index: usize, share: R) -> Option<crate::Rigid<R>> {
+    pub(crate) fn interpolate(&self, kind: BodyKind, index: usize, alpha: R) -> Option<crate::Rigid<R>> {
         let saved = self.saved.get(kind, index)?;
         match &self.engine {
-            Engine::Three(model) => model.between(kind, index, share, saved),
-            Engine::Six(model) => model.between(kind, index, share, saved),
+            Engine::Three(model) => model.interpolate(kind, index, alpha, saved),
+            Engine::Six(model) => model.interpolate(kind, index, alpha, saved),
         }
     }
 
@@ -433,67 +363,5 @@ impl<R: RealField + Copy> Island<R> {
             Some(load.fixed_rows::<3>(0).dot(&moving) + load.fixed_rows::<3>(3).dot(&turning))
         };
         self.store.iter().filter_map(work).fold(R::zero(), |sum, power| sum + power) * h
-    }
-
-    /// Divides nodes into parts of limited size, grown from a starting node that varies between steps.
-    fn cut(&mut self, settings: &Settings<R>) -> Vec<u32> {
-        let count = self.neighbours.len();
-        let Some(decoupling) = settings.decoupling.filter(|it| it.limit < count) else { return Vec::new() };
-        self.control.cuts += 1;
-        let start = mix(decoupling.seed ^ mix(self.control.cuts)) as usize % count;
-        let mut order = Vec::with_capacity(count);
-        let mut seen = vec![false; count];
-        // Continues with nodes of unconnected pieces, which share only fixed bodies.
-        for first in (start..count).chain(0..start) {
-            if std::mem::replace(&mut seen[first], true) {
-                continue;
-            }
-            let mut next = order.len();
-            order.push(first);
-            while let Some(&node) = order.get(next) {
-                next += 1;
-                for &other in &self.neighbours[node] {
-                    if !std::mem::replace(&mut seen[other], true) {
-                        order.push(other);
-                    }
-                }
-            }
-        }
-        let mut parts = vec![0; count];
-        for (k, node) in order.into_iter().enumerate() {
-            parts[node] = (k / decoupling.limit.max(1)) as u32;
-        }
-        parts
-    }
-}
-
-/// A hash of a number; Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.
-fn mix(seed: u64) -> u64 {
-    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
-/// Disjoint sets of numbers (union-find).
-struct Sets(Vec<usize>);
-
-impl Sets {
-    fn new(count: usize) -> Sets {
-        Sets((0..count).collect())
-    }
-
-    fn root(&mut self, mut node: usize) -> usize {
-        while self.0[node] != node {
-            self.0[node] = self.0[self.0[node]];
-            node = self.0[node];
-        }
-        node
-    }
-
-    /// Joins two sets; the lower root remains the root.
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = a.min(b);
     }
 }

@@ -20,7 +20,7 @@ pub enum BodyKind {
 
 impl BodyKind {
     /// The number of degrees of freedom.
-    pub const fn freedoms(self) -> usize {
+    pub const fn dofs(self) -> usize {
         match self {
             BodyKind::Rigid => 6,
             BodyKind::Particle => 3,
@@ -53,7 +53,7 @@ pub trait Kernel: Clone + Default + Send + 'static {
     /// The types of the bodies, in argument order.
     const BODIES: &'static [BodyKind];
     /// N, the number of degrees of freedom of all bodies.
-    const FREEDOMS: usize;
+    const DOFS: usize;
     /// For each row of ∂F/∂X a string of N characters; `.` marks an entry that is always zero.
     const DFDX_NONZERO: &'static [&'static str];
     /// The same for ∂F/∂V.
@@ -145,12 +145,12 @@ pub struct Measure<R> {
     /// The potential energy, J: ½ stiffness C² summed over rows, or E.
     pub energy: R,
     /// The largest |C| over the rows, or over the rows that push if unilateral; zero for an energy.
-    pub gap: R,
+    pub max_violation: R,
 }
 
 impl<R: RealField> Default for Measure<R> {
     fn default() -> Measure<R> {
-        Measure { energy: R::zero(), gap: R::zero() }
+        Measure { energy: R::zero(), max_violation: R::zero() }
     }
 }
 

@@ -10,8 +10,9 @@
 //! The bodies store both rates, a and v̇. If the rates are missing or invalid, or the island is solved in
 //! parts, the step is one of SDIRK2.
 
+use super::implicit::SDIRK;
+use super::{BlockSize, Model, Outcome, Stepper};
 use crate::state::Store;
-use crate::step::{BlockSize, Model, Outcome, SDIRK, Stepper};
 use crate::system::assemble::Assembly;
 use nalgebra::{RealField, SVector, Vector6, convert};
 
@@ -28,7 +29,7 @@ impl<R: RealField + Copy, const D: usize> Stepper<'_, R, D>
 where
     Assembly<R, D>: BlockSize<R>,
 {
-    pub(crate) fn generalized_alpha(&mut self, h: R) -> Option<Outcome<R>> {
+    pub(super) fn generalized_alpha(&mut self, h: R) -> Option<Outcome<R>> {
         let number = convert::<f64, R>;
         if !self.warm {
             let outcome = self.sdirk2(h)?;

@@ -1,14 +1,13 @@
-//! Assembly: adds the forces and derivatives of an island's batches and bodies to the system of a step.
+//! Assembly: adds the forces of an island's batches and their derivatives to the system of a step.
 //!
-//! In: bodies and the results of kernels. Out: f; on request M − hγ D − s K in blocks, K separately, and K v.
-//! Kernels compute only what these need. After a failed step, a guard limits the derivatives of each force.
+//! Input: bodies and the outputs of kernels. Output: f; on request M − hγ D − s K in blocks, K separately, and
+//! K v; `inertia` adds the terms of bodies. Kernels compute only the requested outputs. After a failed step a
+//! fallback limits the derivatives of each force.
 
-use crate::kernel::bodies::Rigid;
 use crate::kernel::{Bodies, BodyKind, Kernel};
-use crate::state::Store;
 use crate::system::block::Block;
 use crate::system::sparse::System;
-use nalgebra::{DMatrix, Matrix3, RealField, SVector, Vector3, Vector6, convert};
+use nalgebra::{DMatrix, RealField, SVector, Vector3, Vector6, convert};
 
 /// The modification of forces whose exact derivatives failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,7 +35,7 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     /// The part of K v from kinematic bodies: ∂F/∂t.
     pub(crate) driven: Vec<SVector<R, D>>,
     /// In: the velocity of each node minus the stage's origin. Out: the same as momentum.
-    pub(crate) lag: Vec<SVector<R, D>>,
+    pub(crate) momentum: Vec<SVector<R, D>>,
     /// The node of each rigid body and each particle; `None` for kinematic bodies.
     pub(crate) nodes: [Vec<Option<usize>>; 2],
     /// The factors of D and K in the matrix.
@@ -44,13 +43,13 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     pub(crate) stiffness: R,
     /// The requested sums, in addition to F.
     pub(crate) wants: Wants,
-    pub(crate) guard: Fallback<R>,
+    pub(crate) fallback: Fallback<R>,
     /// The power of forces without potential, loads and kinematic bodies.
     pub(crate) power: R,
     /// The largest factor by which a force was too stiff, over forces that were scaled down.
     pub(crate) capped: R,
     /// Whether a mass is negligible in rounding next to the stiffness on it.
-    pub(crate) swamped: bool,
+    pub(crate) mass_negligible: bool,
 }
 
 /// The requested sums, in addition to F.
@@ -65,7 +64,7 @@ pub(crate) struct Wants {
     /// K separately.
     pub(crate) tangent: bool,
     /// Momenta.
-    pub(crate) lag: bool,
+    pub(crate) momentum: bool,
     /// Rotating inertia uses the torques that change momenta; forces with multipliers are out of balance.
     pub(crate) held: bool,
 }
@@ -78,15 +77,15 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
             force: Vec::new(),
             drift: Vec::new(),
             driven: Vec::new(),
-            lag: Vec::new(),
+            momentum: Vec::new(),
             nodes: [Vec::new(), Vec::new()],
             damping: R::zero(),
             stiffness: R::zero(),
             wants: Wants::default(),
-            guard: Fallback::None,
+            fallback: Fallback::None,
             power: R::zero(),
             capped: R::zero(),
-            swamped: false,
+            mass_negligible: false,
         }
     }
 }
@@ -131,7 +130,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         self.force.fill(SVector::zeros());
         if self.wants.matrix {
             self.system.clear();
-            self.swamped = false;
+            self.mass_negligible = false;
         }
         if self.wants.drift {
             self.drift.fill(SVector::zeros());
@@ -148,7 +147,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     /// The required results of each force.
     pub(crate) fn need(&self) -> Need<R> {
         let Wants { matrix, drift, tangent, .. } = self.wants;
-        if self.guard != Fallback::None || drift || tangent {
+        if self.fallback != Fallback::None || drift || tangent {
             Need::Derivatives
         } else if !matrix {
             Need::Force
@@ -163,25 +162,25 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
     /// Adds one force.
     #[inline]
     pub(crate) fn add<K: Kernel<Real = R>>(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
-        match (self.guard, local.derivatives) {
+        match (self.fallback, local.derivatives) {
             (Fallback::SemiDefinite, Derivatives::Apart(dfdx, dfdv)) => {
-                self.add_guarded::<K>(bodies, local, [dfdx, dfdv], None);
+                self.add_modified::<K>(bodies, local, [dfdx, dfdv], None);
             }
             (Fallback::Capped(most), Derivatives::Apart(dfdx, dfdv)) => {
-                self.add_guarded::<K>(bodies, local, [dfdx, dfdv], Some(most));
+                self.add_modified::<K>(bodies, local, [dfdx, dfdv], Some(most));
             }
             _ => self.add_exact::<K>(bodies, local),
         }
     }
 
-    fn add_guarded<K: Kernel<Real = R>>(
+    fn add_modified<K: Kernel<Real = R>>(
         &mut self,
         bodies: &Bodies<'_, R>,
         local: &Local<'_, R>,
         [dfdx, dfdv]: [&[R]; 2],
         most: Option<R>,
     ) {
-        let order = K::FREEDOMS;
+        let order = K::DOFS;
         let mut dfdx = semi_definite(dfdx, order);
         let (mut dfdv, mut force) = (dfdv.to_vec(), local.force.to_vec());
         let largest = dfdx.iter().fold(R::zero(), |most, x| most.max(x.abs()));
@@ -198,11 +197,11 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
 
     #[inline]
     fn add_exact<K: Kernel<Real = R>>(&mut self, bodies: &Bodies<'_, R>, local: &Local<'_, R>) {
-        let order = K::FREEDOMS;
+        let order = K::DOFS;
         let count = K::BODIES.len();
         let mut row = 0;
         for (i, (&kind, &index)) in K::BODIES.iter().zip(local.indices).enumerate() {
-            let height = kind.freedoms();
+            let height = kind.dofs();
             let node = self.nodes[kind as usize][index];
             if !K::HAS_POTENTIAL || node.is_none() {
                 let velocity = velocity(bodies, kind, index);
@@ -241,7 +240,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
                         }
                     }
                 }
-                column += other.freedoms();
+                column += other.dofs();
             }
             row += height;
         }
@@ -257,19 +256,19 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         i: usize,
     ) {
         let Derivatives::Apart(dfdx, _) = local.derivatives else { return };
-        let (order, count) = (K::FREEDOMS, K::BODIES.len());
+        let (order, count) = (K::DOFS, K::BODIES.len());
         let mut column = 0;
         for (j, (&other, &index)) in K::BODIES.iter().zip(local.indices).enumerate() {
             let velocity = velocity(bodies, other, index);
-            for k in 0..K::BODIES[i].freedoms() {
-                let entries = &dfdx[(row + k) * order + column..][..other.freedoms()];
+            for k in 0..K::BODIES[i].dofs() {
+                let entries = &dfdx[(row + k) * order + column..][..other.dofs()];
                 let sum = entries.iter().zip(velocity.iter()).fold(R::zero(), |sum, (&k, &v)| sum + k * v);
                 self.drift[node][k] += sum;
                 if local.places[i * count + j] == NOWHERE {
                     self.driven[node][k] += sum;
                 }
             }
-            column += other.freedoms();
+            column += other.dofs();
         }
     }
 
@@ -305,82 +304,6 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
                 }
             }
         }
-    }
-
-    /// Adds inertia, gravity, loads and gyroscopic torques, after all forces.
-    pub(crate) fn add_bodies(&mut self, store: &Store<R>, gravity: Vector3<R>) {
-        for (index, (body, member)) in store.rigid.iter().zip(&store.members[0]).enumerate() {
-            let (Some((mass, moments)), Some(node)) = (member.inertia(), self.nodes[0][index]) else {
-                continue;
-            };
-            let frame = Frame::new(body, moments);
-            let inertia = frame.inertia();
-            let spin = body.angular_velocity;
-            let momentum = inertia * spin;
-            self.add_load(node, member.load, body.velocity, spin);
-            add_linear(&mut self.force[node], gravity * mass);
-            add_angular(&mut self.force[node], momentum.cross(&spin));
-            if self.wants.lag {
-                let lag = self.lag[node];
-                self.lag[node] = lag * mass;
-                let momentum = inertia * angular(&lag);
-                (3..D).for_each(|i| self.lag[node][i] = momentum[i - 3]);
-            }
-            if !self.wants.matrix {
-                continue;
-            }
-            self.add_mass(node, mass);
-            let mut turning = inertia;
-            if self.wants.exact {
-                let torque = if self.wants.held {
-                    angular(&self.lag[node]) / self.damping
-                } else {
-                    angular(&self.force[node])
-                };
-                let spun = crossed(&spin, &inertia);
-                let l = momentum.cross_matrix();
-                let with_inertia = crossed(&frame.accelerate(&torque), &inertia).transpose();
-                let stiffness =
-                    crossed(&spin, &(l + spun.transpose())) + torque.cross_matrix() + with_inertia;
-                turning -= (l - spun) * self.damping + stiffness * self.stiffness;
-                if self.wants.drift {
-                    add_angular(&mut self.drift[node], stiffness * spin);
-                }
-                if self.wants.tangent {
-                    self.tangent[node].add_turning(&stiffness);
-                }
-            }
-            self.system.blocks[node].add_turning(&turning);
-        }
-        for (index, (body, member)) in store.particles.iter().zip(&store.members[1]).enumerate() {
-            let (Some((mass, _)), Some(node)) = (member.inertia(), self.nodes[1][index]) else { continue };
-            self.add_load(node, member.load, body.velocity, Vector3::zeros());
-            add_linear(&mut self.force[node], gravity * mass);
-            if self.wants.lag {
-                self.lag[node] *= mass;
-            }
-            if self.wants.matrix {
-                self.add_mass(node, mass);
-                for i in 3..D {
-                    self.system.blocks[node].0[i][i] += R::one();
-                }
-            }
-        }
-    }
-
-    fn add_mass(&mut self, node: usize, mass: R) {
-        let block = &mut self.system.blocks[node];
-        for i in 0..3 {
-            self.swamped |= block.0[i][i] * R::default_epsilon() > mass;
-            block.0[i][i] += mass;
-        }
-    }
-
-    fn add_load(&mut self, node: usize, load: Vector6<R>, velocity: Vector3<R>, spin: Vector3<R>) {
-        let (force, torque) = (load.fixed_rows::<3>(0).into_owned(), load.fixed_rows::<3>(3).into_owned());
-        add_linear(&mut self.force[node], force);
-        add_angular(&mut self.force[node], torque);
-        self.power += force.dot(&velocity) + torque.dot(&spin);
     }
 }
 
@@ -426,59 +349,4 @@ fn velocity<R: RealField + Copy>(bodies: &Bodies<'_, R>, kind: BodyKind, index: 
         BodyKind::Particle => (bodies.particles[index].velocity, Vector3::zeros()),
     };
     Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
-}
-
-/// The principal axes and moments of a body.
-pub(crate) struct Frame<R> {
-    turn: Matrix3<R>,
-    moments: Vector3<R>,
-}
-
-impl<R: RealField + Copy> Frame<R> {
-    pub(crate) fn new(body: &Rigid<R>, moments: Vector3<R>) -> Frame<R> {
-        Frame { turn: body.orientation.to_rotation_matrix().into_inner(), moments }
-    }
-
-    /// R I Rᵀ
-    pub(crate) fn inertia(&self) -> Matrix3<R> {
-        let (turn, moments) = (&self.turn, &self.moments);
-        let entry = |i: usize, j: usize| {
-            (0..3).fold(R::zero(), |sum, k| sum + turn[(i, k)] * moments[k] * turn[(j, k)])
-        };
-        let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
-        Matrix3::new(entry(0, 0), xy, xz, xy, entry(1, 1), yz, xz, yz, entry(2, 2))
-    }
-
-    /// R I⁻¹ Rᵀ τ
-    pub(crate) fn accelerate(&self, torque: &Vector3<R>) -> Vector3<R> {
-        self.turn * self.turn.tr_mul(torque).component_div(&self.moments)
-    }
-}
-
-/// [x]× M, column by column.
-fn crossed<R: RealField + Copy>(x: &Vector3<R>, matrix: &Matrix3<R>) -> Matrix3<R> {
-    let column = |j: usize| x.cross(&matrix.column(j));
-    Matrix3::from_columns(&[column(0), column(1), column(2)])
-}
-
-/// The first three entries.
-pub(crate) fn linear<R: RealField + Copy, const D: usize>(x: &SVector<R, D>) -> Vector3<R> {
-    Vector3::new(x[0], x[1], x[2])
-}
-
-/// The last three of six entries; zero if there are three.
-pub(crate) fn angular<R: RealField + Copy, const D: usize>(x: &SVector<R, D>) -> Vector3<R> {
-    if D == 6 { Vector3::new(x[3], x[4], x[5]) } else { Vector3::zeros() }
-}
-
-pub(crate) fn add_linear<R: RealField + Copy, const D: usize>(x: &mut SVector<R, D>, change: Vector3<R>) {
-    for i in 0..3 {
-        x[i] += change[i];
-    }
-}
-
-pub(crate) fn add_angular<R: RealField + Copy, const D: usize>(x: &mut SVector<R, D>, change: Vector3<R>) {
-    for i in 3..D {
-        x[i] += change[i - 3];
-    }
 }

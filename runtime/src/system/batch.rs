@@ -25,8 +25,8 @@ pub(crate) trait Batch<R: RealField>: Send {
     /// Before a step: starts with λ of the last accepted step.
     fn begin(&mut self);
     /// After a solution: λ at the solution of the linearised system. Rotation makes the pose's error
-    /// quadratic in the angle, which stiff joints would turn into large forces; the relative error of λ is no
-    /// larger than that of the linearisation.
+    /// quadratic in the angle, which stiff joints would turn into large forces; the relative error of λ is at
+    /// most that of the linearisation.
     fn predict(&mut self, out: Sums<'_, R>);
     /// After an accepted step: stores λ.
     fn keep(&mut self);
@@ -78,7 +78,7 @@ pub(crate) struct Forces<K: Kernel> {
     kept: (Vec<K::Real>, bool),
     held: (Vec<K::Real>, bool),
     /// Whether a solution of the present step has predicted λ.
-    told: bool,
+    predicted: bool,
     /// λ and its slopes for each force, from the last evaluation.
     linear: Vec<K::Real>,
 }
@@ -95,7 +95,7 @@ impl<K: Kernel> Default for Forces<K> {
             places: Vec::new(),
             kept: (Vec::new(), false),
             held: (Vec::new(), false),
-            told: false,
+            predicted: false,
             linear: Vec::new(),
         }
     }
@@ -148,16 +148,16 @@ impl<K: Kernel> Forces<K> {
         if K::ROWS == 0 || self.linear.is_empty() {
             return;
         }
-        self.told = true;
+        self.predicted = true;
         let step = out.stiffness / out.damping;
         let known =
-            self.linear.chunks_exact(K::ROWS * (K::FREEDOMS + 1)).zip(self.held.0.chunks_exact_mut(K::ROWS));
+            self.linear.chunks_exact(K::ROWS * (K::DOFS + 1)).zip(self.held.0.chunks_exact_mut(K::ROWS));
         for ((linear, held), indices) in known.zip(&self.indices) {
             let (multipliers, mut slopes) = linear.split_at(K::ROWS);
             for (held, &multiplier) in held.iter_mut().zip(multipliers) {
                 let mut change = zero::<K::Real>();
                 for (&kind, &index) in K::BODIES.iter().zip(indices.as_ref()) {
-                    let (own, rest) = slopes.split_at(kind.freedoms());
+                    let (own, rest) = slopes.split_at(kind.dofs());
                     slopes = rest;
                     if let Some(node) = out.nodes[kind as usize][index] {
                         let solution = &out.system.rhs[node];
@@ -195,7 +195,7 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
     fn begin(&mut self) {
         self.held.0.clone_from(&self.kept.0);
         self.held.1 = self.kept.1;
-        self.told = false;
+        self.predicted = false;
     }
 
     fn predict(&mut self, out: Sums<'_, K::Real>) {
@@ -206,8 +206,8 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
     }
 
     fn keep(&mut self) {
-        self.kept.1 = self.told;
-        if self.told {
+        self.kept.1 = self.predicted;
+        if self.predicted {
             self.kept.0.copy_from_slice(&self.held.0);
         }
     }
@@ -231,7 +231,7 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
             for (params, indices) in self.params.iter().zip(&self.indices) {
                 let one = K::measure(bodies, *indices, params);
                 sum.energy += one.energy;
-                sum.gap = sum.gap.max(one.gap);
+                sum.max_violation = sum.max_violation.max(one.max_violation);
             }
         }
         sum

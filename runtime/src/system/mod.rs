@@ -3,5 +3,6 @@
 pub(crate) mod assemble;
 pub(crate) mod batch;
 pub(crate) mod block;
+pub(crate) mod inertia;
 pub(crate) mod iterative;
 pub(crate) mod sparse;

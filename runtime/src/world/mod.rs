@@ -9,7 +9,7 @@ mod partition;
 pub(crate) mod save;
 
 use crate::error::Error;
-use crate::island::{Island, Life};
+use crate::island::{Activity, Island};
 use crate::kernel::{BodyKind, Kernel, Parameters};
 use crate::report::Report;
 use crate::settings::Settings;
@@ -81,11 +81,11 @@ pub struct World<R: RealField + Copy = f64> {
     /// The indices of awake islands, in order.
     pub(crate) awake: Vec<usize>,
     /// The indices of moving kinematic bodies, in order.
-    pub(crate) roaming: Vec<usize>,
+    pub(crate) moving_frames: Vec<usize>,
     /// The numbers of sleeping and of quarantined islands.
     pub(crate) resting: [usize; 2],
     /// Whether the lists of awake islands and moving kinematic bodies must be updated.
-    pub(crate) stirred: bool,
+    pub(crate) dirty: bool,
 }
 
 impl<R: RealField + Copy> Default for World<R> {
@@ -100,9 +100,9 @@ impl<R: RealField + Copy> Default for World<R> {
             free_bodies: Vec::new(),
             free_forces: Vec::new(),
             awake: Vec::new(),
-            roaming: Vec::new(),
+            moving_frames: Vec::new(),
             resting: [0; 2],
-            stirred: true,
+            dirty: true,
         }
     }
 }
@@ -185,8 +185,8 @@ impl<R: RealField + Copy> World<R> {
             let (f, t) = (load.force, load.torque);
             let island = &mut self.islands[island];
             island.store.members[body.kind as usize][index].load = Vector6::new(f.x, f.y, f.z, t.x, t.y, t.z);
-            self.stirred |= island.life == Life::Asleep;
-            island.stir();
+            self.dirty |= island.activity == Activity::Asleep;
+            island.wake_for_load();
         }
         Ok(())
     }
@@ -207,7 +207,7 @@ impl<R: RealField + Copy> World<R> {
         }
         match place {
             Place::Frame(index) => {
-                self.stirred = true;
+                self.dirty = true;
                 self.frames.swap_remove(index);
                 if let Some(moved) = self.frames.get(index) {
                     self.bodies[moved.entry].place = Some(Place::Frame(index));
@@ -227,7 +227,7 @@ impl<R: RealField + Copy> World<R> {
                         }
                     }
                 }
-                (island.changed, island.torn) = (true, true);
+                (island.changed, island.maybe_split) = (true, true);
                 island.wake();
                 if let Some(moved) = island.store.members[body.kind as usize].get(index)
                     && moved.motion != Motion::Kinematic
@@ -239,7 +239,7 @@ impl<R: RealField + Copy> World<R> {
         let entry = &mut self.bodies[body.entry];
         (entry.place, entry.generation) = (None, entry.generation + 1);
         self.free_bodies.push(body.entry);
-        self.stirred = true;
+        self.dirty = true;
         Ok(())
     }
 
@@ -273,7 +273,7 @@ impl<R: RealField + Copy> World<R> {
         for (index, &body) in indices.as_mut().iter_mut().zip(bodies) {
             *index = match self.place(body)? {
                 Place::Island(_, index) => index,
-                Place::Frame(frame) => self.stand_in(home, body, frame),
+                Place::Frame(frame) => self.local_copy(home, body, frame),
             };
         }
         let entry = claim(&mut self.forces, &mut self.free_forces);
@@ -286,7 +286,7 @@ impl<R: RealField + Copy> World<R> {
         self.forces[entry].place = Some((home, batch, at));
         island.changed = true;
         island.wake();
-        self.stirred = true;
+        self.dirty = true;
         Ok(Force { entry, generation: self.forces[entry].generation })
     }
 
@@ -301,7 +301,7 @@ impl<R: RealField + Copy> World<R> {
         let island = &mut self.islands[island];
         let batch = island.batches[batch].as_any_mut().downcast_mut::<Forces<P::Kernel>>();
         batch.ok_or(Error::WrongBodies(P::Kernel::NAME))?.params[at] = params;
-        self.stirred |= island.life == Life::Asleep;
+        self.dirty |= island.activity == Activity::Asleep;
         island.wake();
         Ok(())
     }
@@ -314,12 +314,12 @@ impl<R: RealField + Copy> World<R> {
         if let Some(&moved) = island.batches[batch].entries().get(at) {
             self.forces[moved].place = Some((number, batch, at));
         }
-        (island.changed, island.torn) = (true, true);
+        (island.changed, island.maybe_split) = (true, true);
         island.wake();
         let entry = &mut self.forces[force.entry];
         (entry.place, entry.generation) = (None, entry.generation + 1);
         self.free_forces.push(force.entry);
-        self.stirred = true;
+        self.dirty = true;
         Ok(())
     }
 
@@ -332,9 +332,9 @@ impl<R: RealField + Copy> World<R> {
     /// of a force or a body, or a moving kinematic body wakes the island.
     pub fn sleep(&mut self, body: Body) -> Result<(), Error> {
         if let Place::Island(island, _) = self.place(body)? {
-            let life = &mut self.islands[island].life;
-            *life = if *life == Life::Awake { Life::Asleep } else { *life };
-            self.stirred = true;
+            let activity = &mut self.islands[island].activity;
+            *activity = if *activity == Activity::Awake { Activity::Asleep } else { *activity };
+            self.dirty = true;
         }
         Ok(())
     }
@@ -343,31 +343,31 @@ impl<R: RealField + Copy> World<R> {
     pub fn wake(&mut self, body: Body) -> Result<(), Error> {
         if let Place::Island(island, _) = self.place(body)? {
             self.islands[island].wake();
-            self.islands[island].life = Life::Awake;
-            self.stirred = true;
+            self.islands[island].activity = Activity::Awake;
+            self.dirty = true;
         }
         Ok(())
     }
 
     /// Whether the island of a body is asleep.
     pub fn is_asleep(&self, body: Body) -> Result<bool, Error> {
-        Ok(self.life(body)? == Life::Asleep)
+        Ok(self.activity(body)? == Activity::Asleep)
     }
 
     /// Whether the island of a body stopped because all attempts at a step failed.
     pub fn is_quarantined(&self, body: Body) -> Result<bool, Error> {
-        Ok(self.life(body)? == Life::Quarantined)
+        Ok(self.activity(body)? == Activity::Quarantined)
     }
 
-    /// A body at a fraction `share`, 0 to 1, of the last step of `Rodas4`, its position relative to zero.
+    /// A body at a fraction `alpha`, 0 to 1, of the last step of `Rodas4`, its position relative to zero.
     /// That step ends with the last call of [`World::step`] and may begin during it. `None` for other
     /// methods.
-    pub fn between(&self, body: Body, share: R) -> Result<Option<Rigid<R>>, Error> {
+    pub fn interpolate(&self, body: Body, alpha: R) -> Result<Option<Rigid<R>>, Error> {
         Ok(match self.place(body)? {
             Place::Frame(_) => None,
             Place::Island(island, index) => {
                 let island = &self.islands[island];
-                let state = island.between(body.kind, index, share);
+                let state = island.interpolate(body.kind, index, alpha);
                 state.map(|state| from_origin(island.origin, state))
             }
         })
@@ -399,17 +399,17 @@ impl<R: RealField + Copy> World<R> {
             let (gravity, settings) = (self.gravity, self.settings);
             self.each_awake(
                 |island| {
-                    let report = island.cover(h, gravity, &settings);
+                    let report = island.advance(h, gravity, &settings);
                     island.rest(h, &settings);
                     report
                 },
                 |one| report.add(&one),
             );
-            for &frame in &self.roaming {
+            for &frame in &self.moving_frames {
                 let state = self.frames[frame].state;
                 self.frames[frame].state = moved(&state, state.velocity * h, state.angular_velocity * h);
             }
-            if self.awake.iter().any(|&number| self.islands[number].life != Life::Awake) {
+            if self.awake.iter().any(|&number| self.islands[number].activity != Activity::Awake) {
                 self.count();
             }
         }
@@ -466,7 +466,7 @@ impl<R: RealField + Copy> World<R> {
                 Place::Island(self.islands.len() - 1, 0)
             }
         });
-        self.stirred = true;
+        self.dirty = true;
         Ok(Body { kind, entry, generation: self.bodies[entry].generation })
     }
 
@@ -480,10 +480,10 @@ impl<R: RealField + Copy> World<R> {
         entry.and_then(|entry| entry.place).ok_or(Error::UnknownHandle)
     }
 
-    fn life(&self, body: Body) -> Result<Life, Error> {
+    fn activity(&self, body: Body) -> Result<Activity, Error> {
         Ok(match self.place(body)? {
-            Place::Island(island, _) => self.islands[island].life,
-            Place::Frame(_) => Life::Awake,
+            Place::Island(island, _) => self.islands[island].activity,
+            Place::Frame(_) => Activity::Awake,
         })
     }
 
@@ -510,7 +510,7 @@ impl<R: RealField + Copy> World<R> {
         }
         match place {
             Place::Frame(frame) => {
-                self.stirred = true;
+                self.dirty = true;
                 self.frames[frame].state = Rigid {
                     position: (state.position.map(as_f64) - self.frames[frame].origin).map(convert),
                     ..state
@@ -525,7 +525,7 @@ impl<R: RealField + Copy> World<R> {
                 let island = &mut self.islands[island];
                 let position = (state.position.map(as_f64) - island.origin).map(convert);
                 island.store.set(kind, index, Rigid { position, ..state });
-                self.stirred |= island.life == Life::Asleep;
+                self.dirty |= island.activity == Activity::Asleep;
                 island.wake();
             }
         }

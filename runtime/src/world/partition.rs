@@ -1,7 +1,7 @@
 //! Updates the partition of bodies and forces into islands.
 
 use crate::Rigid;
-use crate::island::{Island, Life};
+use crate::island::{Activity, Island};
 use crate::kernel::BodyKind;
 use crate::state::{Member, Motion};
 use crate::world::{Body, Frame, Place, World};
@@ -10,21 +10,21 @@ use nalgebra::{RealField, Vector3, convert};
 impl<R: RealField + Copy> World<R> {
     /// Updates islands: splits those that fell apart, rebuilds changed systems, finds the awake ones.
     pub(crate) fn prepare(&mut self) {
-        if self.stirred {
-            self.roaming.clear();
-            self.roaming.extend((0..self.frames.len()).filter(|&frame| self.frames[frame].moves()));
+        if self.dirty {
+            self.moving_frames.clear();
+            self.moving_frames.extend((0..self.frames.len()).filter(|&frame| self.frames[frame].moves()));
         }
-        if !self.roaming.is_empty() {
+        if !self.moving_frames.is_empty() {
             for number in 0..self.islands.len() {
-                if self.islands[number].life == Life::Asleep && self.has_moving_frame(number) {
+                if self.islands[number].activity == Activity::Asleep && self.has_moving_frame(number) {
                     self.islands[number].wake();
-                    self.stirred = true;
+                    self.dirty = true;
                 }
             }
         }
-        if std::mem::take(&mut self.stirred) {
+        if std::mem::take(&mut self.dirty) {
             for number in 0..self.islands.len() {
-                if std::mem::take(&mut self.islands[number].torn) {
+                if std::mem::take(&mut self.islands[number].maybe_split) {
                     self.take_apart(number);
                 }
             }
@@ -63,10 +63,10 @@ impl<R: RealField + Copy> World<R> {
         self.awake.clear();
         self.resting = [0; 2];
         for (number, island) in self.islands.iter().enumerate() {
-            match island.life {
-                Life::Awake => self.awake.push(number),
-                Life::Asleep => self.resting[0] += 1,
-                Life::Quarantined => self.resting[1] += 1,
+            match island.activity {
+                Activity::Awake => self.awake.push(number),
+                Activity::Asleep => self.resting[0] += 1,
+                Activity::Quarantined => self.resting[1] += 1,
             }
         }
     }
@@ -86,7 +86,7 @@ impl<R: RealField + Copy> World<R> {
         for part in 0..count {
             let mut island = Island::new(whole.origin);
             island.take_from(&whole, &|kind, index| parts[kind as usize][index] == part);
-            island.life = whole.life;
+            island.activity = whole.activity;
             let at = if part == 0 { number } else { self.islands.len() };
             if part == 0 {
                 self.islands[number] = island;
@@ -119,19 +119,21 @@ impl<R: RealField + Copy> World<R> {
         }
         let size = |number: usize| self.islands[number].store.moving();
         let (home, guest) = if size(a) >= size(b) { (a, b) } else { (b, a) };
-        let (lives, torn) = ([home, guest].map(|it| self.islands[it].life), self.islands[guest].torn);
+        let (activities, maybe_split) =
+            ([home, guest].map(|it| self.islands[it].activity), self.islands[guest].maybe_split);
         let guest = std::mem::replace(&mut self.islands[guest], Island::new(Vector3::zeros()));
         let island = &mut self.islands[home];
         island.take_from(&guest, &|_, _| true);
-        island.torn |= torn;
-        island.life = if lives.contains(&Life::Quarantined) { Life::Quarantined } else { Life::Awake };
+        island.maybe_split |= maybe_split;
+        island.activity =
+            if activities.contains(&Activity::Quarantined) { Activity::Quarantined } else { Activity::Awake };
         island.wake();
         self.renumber(home);
         home
     }
 
     /// The index of a kinematic body in an island; copies the body if necessary.
-    pub(crate) fn stand_in(&mut self, island: usize, body: Body, frame: usize) -> usize {
+    pub(crate) fn local_copy(&mut self, island: usize, body: Body, frame: usize) -> usize {
         let island = &mut self.islands[island];
         let members = &island.store.members[body.kind as usize];
         let own = members

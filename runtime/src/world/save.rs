@@ -4,7 +4,7 @@
 //! bit. Forces are saved with the names of their kernels; `load` requires a list of these kernels.
 
 use crate::error::Error;
-use crate::island::{Control, Island, Life};
+use crate::island::{Activity, Control, Island};
 use crate::kernel::{BodyKind, Kernel};
 use crate::settings::Settings;
 use crate::state::Store;
@@ -33,8 +33,8 @@ pub struct Saved<R: RealField + Copy> {
 struct SavedIsland<R: RealField + Copy> {
     origin: Vector3<f64>,
     store: Store<R>,
-    life: Life,
-    torn: bool,
+    activity: Activity,
+    maybe_split: bool,
     control: Control<R>,
     batches: Vec<SavedBatch<R>>,
 }
@@ -98,8 +98,8 @@ impl<R: RealField + Copy> World<R> {
         let island = |island: &Island<R>| SavedIsland {
             origin: island.origin,
             store: island.store.clone(),
-            life: island.life,
-            torn: island.torn,
+            activity: island.activity,
+            maybe_split: island.maybe_split,
             control: island.control,
             batches: island.batches.iter().map(|it| batch(it.as_ref())).collect(),
         };
@@ -130,7 +130,8 @@ impl<R: RealField + Copy> World<R> {
         for saved in saved.islands {
             let mut island = Island::new(saved.origin);
             island.store = saved.store;
-            (island.life, island.torn, island.control) = (saved.life, saved.torn, saved.control);
+            (island.activity, island.maybe_split, island.control) =
+                (saved.activity, saved.maybe_split, saved.control);
             for batch in saved.batches {
                 island.batches.push(load_batch(batch, &island.store, kernels)?);
             }

@@ -276,7 +276,7 @@ fn find(forces: &[Force], name: &str, at: Span, errors: &mut Vec<Diagnostic>) ->
         }
         several => {
             let files: Vec<String> = several.iter().map(|(index, _)| shown(&forces[*index].path)).collect();
-            let label = format!("it stands in {}", files.join(" and in "));
+            let label = format!("it is in {}", files.join(" and in "));
             let error =
                 Diagnostic::error(at, format!("`{name}` is the name of several force functions"), label);
             errors.push(error.help("rename one of them"));

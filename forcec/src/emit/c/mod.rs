@@ -178,7 +178,7 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
     if kernel.once().is_some() {
         text.push_str(&parameters(kernel, signature, precision));
     }
-    text.push_str(&comment(&where_results_stand(kernel), ""));
+    text.push_str(&comment(&storage_remarks(kernel), ""));
     text.push_str("typedef struct {\n");
     let names = Arguments::new(signature, Target::C);
     for &part in &kernel.schedule.parts {
@@ -225,8 +225,8 @@ fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> S
     text + &format!("}} {};\n\n", named(kernel, &format!("_{}", names.given), precision))
 }
 
-/// The comment in the header on where the results are stored.
-fn where_results_stand(kernel: &Kernel) -> Vec<String> {
+/// The comment in the header on the storage of the outputs.
+fn storage_remarks(kernel: &Kernel) -> Vec<String> {
     let mut lines = kernel.packing.as_ref().map_or(Vec::new(), |packing| packing.remarks.clone());
     if kernel.schedule.adds {
         lines.extend(ADDED.map(str::to_owned));
@@ -251,7 +251,7 @@ fn tables(kernel: &Kernel, precision: Precision) -> String {
     }
     let mut text = comment(
         &[
-            "Where the entries of the full results stand: k > 0 is entries[k - 1], k < 0 is -entries[-k - 1],".to_owned(),
+            "Positions of the entries of the full outputs: k > 0 is entries[k - 1], k < 0 is -entries[-k - 1],".to_owned(),
             "0 is zero.".to_owned(),
         ],
         "",

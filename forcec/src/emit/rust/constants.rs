@@ -15,7 +15,7 @@ use crate::schedule::{Part, Statement};
 pub(crate) fn constants(kernel: &Kernel) -> String {
     let schedule = &kernel.schedule;
     let signature = &schedule.signature;
-    let freedoms = signature.freedoms();
+    let dofs = signature.dofs();
     let matrices = schedule.parts.iter().filter(|part| !part.is_list());
     let mut nonzero: Vec<(Part, Vec<Vec<u8>>)> = matrices
         .map(|part| {
@@ -88,7 +88,7 @@ pub(crate) fn constants(kernel: &Kernel) -> String {
     let packing = kernel.packing.iter().filter(|_| place == Place::Shared);
     for table in packing.flat_map(|packing| &packing.tables) {
         let summary = format!(
-            "Where the entries of `{0}` stand: k > 0 is `entries[k - 1]`, k < 0 is `-entries[-k - 1]`, 0 is zero.",
+            "Positions of the entries of `{0}`: k > 0 is `entries[k - 1]`, k < 0 is `-entries[-k - 1]`, 0 is zero.",
             table.part
         );
         let text = |row: &[i32]| row.iter().map(i32::to_string).collect::<Vec<String>>();
@@ -107,7 +107,7 @@ pub(crate) fn constants(kernel: &Kernel) -> String {
         constant(summary, "PREPARE_OPERATIONS: [usize; 6]", &counts_of(&once.schedule.operations()));
     }
     constant("The name of the force function.", "NAME: &str", &format!("{:?}", kernel.name));
-    constant("Degrees of freedom: the length of `force`.", "FREEDOMS: usize", &freedoms.to_string());
+    constant("Degrees of freedom: the length of `force`.", "DOFS: usize", &dofs.to_string());
     constant(
         "Additions, multiplications, divisions, square roots, calls and negations.",
         "OPERATIONS: [usize; 6]",

@@ -231,7 +231,8 @@ impl Point<'_, '_> {
     /// The entries of an extra argument.
     fn extra(&self, name: &str) -> &[Big] {
         let places = self.oracle.places;
-        let slot = places.signature.extra_slot(name, 0).expect("a result brings what it is made of");
+        let slot =
+            places.signature.extra_slot(name, 0).expect("an output that needs this argument was requested");
         let length = places.signature.parameter(slot).map_or(0, |extra| extra.ty.length() as usize);
         &self.inputs[places.place(slot)..][..length]
     }
