@@ -10,6 +10,7 @@ pub mod cases;
 pub mod covering;
 pub mod driver;
 pub mod sweep;
+pub mod wrong;
 
 use forcec::internals::compile::{Compiled, Request, compile};
 use forcec::internals::kernel::{File, Precision};

@@ -7,6 +7,7 @@
 #[path = "../../../tests/src/any_options.rs"]
 mod any_options;
 
+use super::wrong::inputs;
 use any_options::any_options;
 use forcec::internals::source::span::Source;
 use forcec::internals::{check, syntax};
@@ -75,29 +76,30 @@ impl Random {
 /// Force functions, each with the helpers and constants of its file.
 fn corpus() -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut texts = Vec::new();
-    for folder in ["constraints", "tests/unseen", "tests/golden", "tests/wrong"] {
+    let mut files = Vec::new();
+    for folder in ["constraints", "tests/unseen", "tests/golden"] {
         let entries = std::fs::read_dir(root.join(folder)).expect("a folder of force files");
         let mut paths: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
         paths.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
         paths.sort();
-        for path in paths {
-            let text = std::fs::read_to_string(path).expect("a force file");
-            // Items end with a line that is a single bracket, or with a line that ends with a semicolon.
-            let (mut items, mut item) = (Vec::new(), String::new());
-            for line in text.lines() {
-                item.push_str(line);
-                item.push('\n');
-                if line == "}" || line.ends_with(';') && !line.starts_with(' ') {
-                    items.push(std::mem::take(&mut item));
-                }
+        files.extend(paths.iter().map(|path| std::fs::read_to_string(path).expect("a force file")));
+    }
+    files.extend(inputs::cases().into_iter().map(|(_, text)| text));
+    let mut texts = Vec::new();
+    for text in files {
+        // Items end with a line that is a single bracket, or with a line that ends with a semicolon.
+        let (mut items, mut item) = (Vec::new(), String::new());
+        for line in text.lines() {
+            item.push_str(line);
+            item.push('\n');
+            if line == "}" || line.ends_with(';') && !line.starts_with(' ') {
+                items.push(std::mem::take(&mut item));
             }
-            items.push(item);
-            let is_force =
-                |item: &&String| ["#[con", "#[ene", "#[for"].iter().any(|mark| item.contains(mark));
-            let helpers: String = items.iter().filter(|item| !is_force(item)).map(String::as_str).collect();
-            texts.extend(items.iter().filter(is_force).map(|force| format!("{helpers}{force}")));
         }
+        items.push(item);
+        let is_force = |item: &&String| ["#[con", "#[ene", "#[for"].iter().any(|mark| item.contains(mark));
+        let helpers: String = items.iter().filter(|item| !is_force(item)).map(String::as_str).collect();
+        texts.extend(items.iter().filter(is_force).map(|force| format!("{helpers}{force}")));
     }
     texts
 }
