@@ -9,6 +9,7 @@ mod any_options;
 
 use super::wrong::inputs;
 use any_options::any_options;
+use forcec::internals::math::random::Random;
 use forcec::internals::source::span::Source;
 use forcec::internals::{check, syntax};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -58,20 +59,6 @@ const LINES: [&str; 10] = [
     "let (m, n) = (x, (x, [x; 300]));",
     "return x;",
 ];
-
-/// A stream of numbers.
-struct Random(u64);
-
-impl Random {
-    /// SplitMix64.
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % n.max(1) as u64) as usize
-    }
-}
 
 /// Force functions, each with the helpers and constants of its file.
 fn corpus() -> Vec<String> {
@@ -177,7 +164,7 @@ fn hostile_inputs() {
     let (current, since, started) = (Mutex::new(String::new()), AtomicU64::new(0), Instant::now());
     let now = || started.elapsed().as_millis() as u64 + 1;
     let (mut faults, mut slowest, mut passed) = (Vec::new(), (Duration::ZERO, String::new()), 0);
-    let mut random = Random(wanted("FORCEC_SEED", 5));
+    let mut random = Random::new(wanted("FORCEC_SEED", 5));
     let done = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| {
