@@ -266,7 +266,8 @@ pub(crate) fn everything() -> Program {
     p
 }
 
-/// A small generator of random numbers.
+/// A generator of its own: the values of these programs are far from overflow and from the edges of domains, as
+/// those of few other sequences are.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
