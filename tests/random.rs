@@ -3,21 +3,14 @@
 //! In: a number. Out: the text of a function of that number. The build script compiles them as Rust over nalgebra, and
 //! `tests/originals.rs` compares their bits with kernels of mode `strict`.
 
-/// The splitmix64 generator.
-struct Random(u64);
+#[allow(dead_code, reason = "only numbers below a limit are drawn here")]
+#[path = "../forcec/src/math/random.rs"]
+mod generator;
 
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % limit as u64) as usize
-    }
+use generator::Random;
 
-    fn choose(&mut self, texts: &[&'static str]) -> &'static str {
-        texts[self.below(texts.len())]
-    }
+fn choose(random: &mut Random, texts: &[&'static str]) -> &'static str {
+    texts[random.below(texts.len())]
 }
 
 /// `$r` and `$v` are a real and a vector of less depth.
@@ -58,15 +51,14 @@ const VECTORS: [&str; 9] = [
 
 fn expression(random: &mut Random, depth: u32, vector: bool) -> String {
     if depth == 0 || random.below(8) == 0 {
-        return random
-            .choose(if vector {
-                &["a.position", "b.position", "(b.position - a.position)", "u", "<w>"]
-            } else {
-                &["h", "k", "s", "u.y", "a.position.x", "b.position.z", "m[(0, 1)]", "<t>"]
-            })
-            .to_owned();
+        let leaves: &[&str] = if vector {
+            &["a.position", "b.position", "(b.position - a.position)", "u", "<w>"]
+        } else {
+            &["h", "k", "s", "u.y", "a.position.x", "b.position.z", "m[(0, 1)]", "<t>"]
+        };
+        return choose(random, leaves).to_owned();
     }
-    let template = if vector { random.choose(&VECTORS) } else { random.choose(&REALS) };
+    let template = choose(random, if vector { &VECTORS } else { &REALS });
     let mut text = String::new();
     let mut rest = template;
     while let Some(at) = rest.find('$') {
@@ -79,8 +71,8 @@ fn expression(random: &mut Random, depth: u32, vector: bool) -> String {
 
 /// The text of the function of a number; it is called `random_N`.
 pub(crate) fn function(number: u64) -> String {
-    let mut random = Random(number.wrapping_mul(0x5851_f42d_4c95_7f2d));
-    let kind = random.choose(&["energy", "constraint"]);
+    let mut random = Random::new(number.wrapping_mul(0x5851_f42d_4c95_7f2d));
+    let kind = choose(&mut random, &["energy", "constraint"]);
     // What is read before the names exist reads arguments in their place.
     let open = |text: String| text.replace("<t>", "k").replace("<w>", "u");
     let t = open(expression(&mut random, 2, false));

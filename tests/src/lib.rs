@@ -10,6 +10,9 @@ pub mod cases;
 pub mod covering;
 pub mod driver;
 pub mod sweep;
+pub mod wrong;
+
+pub use forcec::internals::math::random::Random;
 
 use forcec::internals::compile::{Compiled, Request, compile};
 use forcec::internals::kernel::{File, Precision};
@@ -190,11 +193,8 @@ pub fn compiled_with(name: &str, text: &str, plan: Plan) -> Compiled {
 
 /// Random options from a seed, for a text whose bodies and parameters the options may name.
 pub fn options_for(text: &str, seed: u64) -> forcec::Options {
-    let mut state = seed;
-    any_options::any_options(text, &mut |n| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % n.max(1)
-    })
+    let mut random = Random::new(seed);
+    any_options::any_options(text, &mut |n| random.below(n))
 }
 
 /// An empty folder of this name. `base` is `env!("CARGO_TARGET_TMPDIR")`, which cargo defines only for the
@@ -305,25 +305,5 @@ impl Places {
     /// Offset of a slot.
     pub fn of(&self, slot: Slot) -> usize {
         self.starts[slot.argument as usize][slot.field as usize] + slot.offset as usize
-    }
-}
-
-/// The splitmix64 generator: the same numbers on every machine.
-pub struct Random(u64);
-
-impl Random {
-    /// A generator from a seed.
-    pub fn new(seed: u64) -> Random {
-        Random(seed)
-    }
-
-    /// Uniform in low … high.
-    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        let unit = ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64;
-        low + (high - low) * unit
     }
 }

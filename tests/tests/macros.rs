@@ -6,7 +6,7 @@ use forcec::internals::emit;
 use forcec::internals::kernel::{Precision, Target};
 use forcec::internals::source::span::Source;
 use forcec::macros;
-use forcec_tests::{ForceFile, library, parallel, unseen};
+use forcec_tests::{ForceFile, library, parallel, unseen, wrong};
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
 use std::collections::{BTreeMap, BTreeSet};
@@ -204,15 +204,8 @@ fn errors(tokens: TokenStream) -> BTreeSet<(usize, usize, String)> {
 /// Every invalid input gives the same message in a macro as on the command line, at the same token.
 #[test]
 fn messages_have_the_positions_of_the_command_line() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("wrong");
     let (mut compared, mut passed_over) = (0, Vec::new());
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_none_or(|ending| ending != "rs") {
-            continue;
-        }
-        let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+    for (name, text) in wrong::cases() {
         let Err(errors_there) =
             compile(&Source::new("force.rs", text.as_str()), &|_| true, forcec::Effort::Default)
         else {
@@ -220,7 +213,7 @@ fn messages_have_the_positions_of_the_command_line() {
         };
         let module = in_module(&text).filter(|module| syn::parse2::<syn::Item>(module.clone()).is_ok());
         let Some(module) = module else {
-            passed_over.push(stem);
+            passed_over.push(name);
             continue;
         };
         let shift = |line: usize| if line == 1 { "mod forces { ".len() } else { 0 };
@@ -235,7 +228,7 @@ fn messages_have_the_positions_of_the_command_line() {
             .collect();
         let here = errors(macros::module(TokenStream::new(), module));
         let missing: Vec<_> = expected.difference(&here).collect();
-        assert!(missing.is_empty(), "{stem}: the macro does not say {missing:?}; it says {here:?}");
+        assert!(missing.is_empty(), "{name}: the macro does not say {missing:?}; it says {here:?}");
         compared += 1;
     }
     println!("{compared} wrong inputs say the same; not made of Rust's items: {passed_over:?}");

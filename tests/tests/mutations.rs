@@ -8,28 +8,12 @@ use forcec::internals::emit;
 use forcec::internals::kernel::{File, Precision, Target};
 use forcec::internals::source::span::Source;
 use forcec::internals::{check, syntax};
+use forcec_tests::Random;
 use std::path::Path;
 use std::time::Instant;
 
-/// A generator of numbers: splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    }
-
-    fn below(&mut self, limit: usize) -> usize {
-        (self.next() % limit.max(1) as u64) as usize
-    }
-
-    fn pick<'a, T>(&mut self, items: &'a [T]) -> &'a T {
-        &items[self.below(items.len())]
-    }
+fn pick<'a, T>(random: &mut Random, items: &'a [T]) -> &'a T {
+    &items[random.below(items.len())]
 }
 
 /// Texts short enough for many runs: every force function of the library and of the golden inputs.
@@ -107,19 +91,19 @@ fn by_tokens(random: &mut Random, text: &str, other: &str) -> String {
         let at = random.below(tokens.len());
         match random.below(6) {
             0 => drop(tokens.remove(at)),
-            1 => tokens.insert(at, *random.pick::<&str>(&WORDS)),
-            2 => tokens[at] = *random.pick::<&str>(&WORDS),
+            1 => tokens.insert(at, *pick::<&str>(random, &WORDS)),
+            2 => tokens[at] = *pick::<&str>(random, &WORDS),
             3 => {
                 let with = random.below(tokens.len());
                 tokens.swap(at, with);
             }
-            4 => tokens[at] = *random.pick::<&str>(&others),
+            4 => tokens[at] = *pick::<&str>(random, &others),
             _ => {
                 // A word in the place of a word: the likeliest to be understood.
                 let word = |token: &&str| token.starts_with(char::is_alphabetic);
                 let words: Vec<usize> = (0..tokens.len()).filter(|k| word(&tokens[*k])).collect();
                 if !words.is_empty() {
-                    tokens[*random.pick(&words)] = tokens[*random.pick(&words)];
+                    tokens[*pick(random, &words)] = tokens[*pick(random, &words)];
                 }
             }
         }
@@ -137,10 +121,10 @@ fn by_bytes(random: &mut Random, text: &str) -> String {
         let at = random.below(bytes.len());
         match random.below(5) {
             0 => drop(bytes.drain(at..(at + random.below(40)).min(bytes.len()))),
-            1 => bytes.insert(at, (random.next() & 0x7f) as u8),
+            1 => bytes.insert(at, random.below(0x80) as u8),
             2 => bytes[at] ^= 1 << random.below(8),
             3 => bytes.truncate(at),
-            _ => bytes[at] = *random.pick(b"(){}[]<>.,;:&|!#\"'\\/+-*=_ \n0e"),
+            _ => bytes[at] = *pick(random, b"(){}[]<>.,;:&|!#\"'\\/+-*=_ \n0e"),
         }
         if bytes.is_empty() {
             break;
@@ -153,11 +137,11 @@ fn by_bytes(random: &mut Random, text: &str) -> String {
 fn damaged_files_are_answered() {
     const RUNS: usize = if cfg!(debug_assertions) { 600 } else { 4000 };
     let seeds = seeds();
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let (mut parsed, mut checked, mut compiled) = (0, 0, 0);
     let mut slowest = (std::time::Duration::ZERO, String::new());
     for run in 0..RUNS {
-        let (text, other) = (random.pick(&seeds), random.pick(&seeds));
+        let (text, other) = (pick(&mut random, &seeds), pick(&mut random, &seeds));
         let text =
             if run % 4 == 0 { by_bytes(&mut random, text) } else { by_tokens(&mut random, text, other) };
         let started = Instant::now();

@@ -17,7 +17,7 @@ pub use measure::STEP;
 pub use measure::{Damping, Stiffness};
 pub use text::render;
 
-use crate::sample::states::Random;
+use crate::math::random::Random;
 use crate::source::diagnostic::{Diagnostic, Lint};
 use crate::source::span::Span;
 use crate::vector::definition::{Definition, Law};

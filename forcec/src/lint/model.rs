@@ -6,10 +6,11 @@
 
 use crate::derive::derive;
 use crate::lower::lower;
+use crate::math::random::Random;
 use crate::model::bodies::Role;
 use crate::model::outputs::Part;
 use crate::sample::inputs::Places;
-use crate::sample::states::{Random, draw};
+use crate::sample::states::draw;
 use crate::scalar::Id;
 use crate::vector::FORMULATIONS;
 use crate::vector::definition::{Definition, Law};

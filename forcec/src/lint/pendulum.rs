@@ -8,8 +8,8 @@
 use crate::lint::GAP;
 use crate::lint::measure::gauss_newton;
 use crate::lint::model::{Model, Response};
+use crate::math::random::Random;
 use crate::model::bodies::Role;
-use crate::sample::states::Random;
 use crate::vector::definition::Law;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;

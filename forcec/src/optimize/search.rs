@@ -6,6 +6,7 @@
 //! small, because their users would lose accuracy. A product of two sums is not expanded. Dissolving other
 //! values changes the error by a small factor only.
 
+use crate::math::random::Random;
 use crate::optimize::extract::extract;
 use crate::optimize::network::{Network, Value};
 use crate::optimize::polynomial::{Atom, Monomial};
@@ -33,7 +34,7 @@ const ROUNDS: [Round; 8] = [
 /// Searches for `rounds` rounds, or until `patience` rounds in a row bring no improvement. `steps` limits
 /// each factoring. `free` allows named values to be dissolved.
 pub fn search(network: &mut Network, rounds: usize, patience: usize, steps: usize, free: bool) {
-    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut random = Random::new(0x9E37_79B9_7F4A_7C15);
     let mut idle = 0;
     let mut cost = network.operations().total();
     let mut candidates = dissolvable(network, free);
@@ -144,18 +145,4 @@ fn dissolve(
         network.each_operand(atom, |x| users[x as usize].push(user));
     }
     network.values[atom as usize] = Value::Dead;
-}
-
-/// SplitMix64 (Steele, Lea and Flood 2014): small, fast and deterministic.
-struct Random(u64);
-
-impl Random {
-    /// A number below the limit.
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((x ^ (x >> 31)) % limit as u64) as usize
-    }
 }

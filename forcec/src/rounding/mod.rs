@@ -12,10 +12,11 @@ pub mod observed;
 mod running;
 
 use crate::kernel::{Kernel, Precision};
+use crate::math::random::Random;
 use crate::model::bodies::{Signature, Slot};
 use crate::model::outputs::Part;
 use crate::sample::inputs::Places;
-use crate::sample::states::{Family, Random, draw, seed};
+use crate::sample::states::{Family, draw, seed};
 use running::{Double, Running, Signed, Single};
 use std::cell::Cell;
 

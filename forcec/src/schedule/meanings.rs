@@ -5,10 +5,11 @@
 //! matter how the optimiser rewrote them. A coincidence would give a misleading name, never a wrong result.
 
 use crate::lower::vocabulary::Vocabulary;
+use crate::math::random::Random;
 use crate::model::bodies::{Signature, Slot};
 use crate::names::values::ValueName;
 use crate::sample::inputs::Places;
-use crate::sample::states::{Family, Random, draw, seed};
+use crate::sample::states::{Family, draw, seed};
 use crate::scalar::eval::{self, Value};
 use crate::scalar::{Graph, Node};
 use rustc_hash::FxHashMap;

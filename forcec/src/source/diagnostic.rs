@@ -141,7 +141,7 @@ impl Diagnostic {
     }
 
     /// The label with the number of occurrences.
-    fn whole_label(&self) -> String {
+    pub fn whole_label(&self) -> String {
         match self.times {
             1 => self.label.clone(),
             times => format!("{} ({times} times)", self.label),

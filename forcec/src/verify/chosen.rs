@@ -3,8 +3,9 @@
 //! In: a function and a program with any outputs. Out: a [`Report`] that compares their entries with the
 //! exact oracle at the states of a check, without central differences and invariants.
 
+use crate::math::random::Random;
 use crate::sample::inputs::Places;
-use crate::sample::states::{Family, Random, State, draw, seed};
+use crate::sample::states::{Family, State, draw, seed};
 use crate::scalar::Id;
 use crate::source::diagnostic::Lint;
 use crate::verify::judge::{Judge, Known, Printed};

@@ -7,9 +7,10 @@
 //! if another damping is compiled in.
 
 use crate::math::exact::Exact;
+use crate::math::random::Random;
 use crate::model::bodies::Role;
 use crate::sample::inputs::Places;
-use crate::sample::states::{Family, Random, State};
+use crate::sample::states::{Family, State};
 use crate::verify::big::Big;
 use crate::verify::oracle::{Oracle, Point};
 use crate::verify::report::{Entry, Invariant, Verdict, ratio};

@@ -9,10 +9,11 @@
 //! largest at that state and a few neighbours, or infinite.
 
 use crate::math::number::Precision;
+use crate::math::random::Random;
 use crate::model::bodies::Slot;
 use crate::model::outputs::{Array, Axis, Output, Part, spans};
 use crate::sample::inputs::Places;
-use crate::sample::states::{Family, Random, State};
+use crate::sample::states::{Family, State};
 use crate::scalar::Id;
 use crate::verify::big::Big;
 use crate::verify::dual::Scalar;

@@ -38,10 +38,11 @@ pub use render::{json, table};
 pub use report::{Branch, Broken, Invariant, TextEntry};
 pub use report::{Comparison, Coverage, Differences, Entry, Report, TextComparison, Verdict};
 
+use crate::math::random::Random;
 use crate::model::bodies::{ParameterType, Role};
 use crate::model::outputs::{Output, Part};
 use crate::sample::inputs::Places;
-use crate::sample::states::{Random, State, draw, excess, seed};
+use crate::sample::states::{State, draw, excess, seed};
 use crate::scalar::{Id, Program};
 use crate::source::diagnostic::Lint;
 use crate::vector::definition::Definition;

@@ -7,10 +7,11 @@
 use crate::derive::partials::partial;
 use crate::math::functions::Function;
 use crate::math::number::{Arithmetic, Precision};
+use crate::math::random::Random;
 use crate::model::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
 use crate::model::outputs::Part;
 use crate::sample::inputs::{Inputs, Places};
-use crate::sample::states::{Family, Random, State, draw, seed};
+use crate::sample::states::{Family, State, draw, seed};
 use crate::scalar::{Id, eval};
 use crate::vector::Graph;
 use crate::vector::definition::Definition;

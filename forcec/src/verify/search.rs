@@ -8,9 +8,10 @@
 mod wishes;
 
 use crate::math::functions::Function;
+use crate::math::random::Random;
 use crate::model::bodies::{Domain, ParameterType, Role};
 use crate::sample::inputs::Places;
-use crate::sample::states::{Family, Random, State, draw, project, seed};
+use crate::sample::states::{Family, State, draw, project, seed};
 use crate::source::span::Span;
 use crate::vector::definition::{Definition, Law, Row};
 use crate::vector::{Graph, Node};

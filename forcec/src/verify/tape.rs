@@ -597,7 +597,7 @@ mod tests {
     use super::*;
     use crate::math::functions::FunctionDomain;
     use crate::math::number::Arithmetic;
-    use crate::sample::states::Random;
+    use crate::math::random::Random;
 
     /// Measures the errors of functions against the stated bounds.
     #[test]

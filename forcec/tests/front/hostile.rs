@@ -7,7 +7,9 @@
 #[path = "../../../tests/src/any_options.rs"]
 mod any_options;
 
+use super::wrong::inputs;
 use any_options::any_options;
+use forcec::internals::math::random::Random;
 use forcec::internals::source::span::Source;
 use forcec::internals::{check, syntax};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -58,46 +60,33 @@ const LINES: [&str; 10] = [
     "return x;",
 ];
 
-/// A stream of numbers.
-struct Random(u64);
-
-impl Random {
-    /// SplitMix64.
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % n.max(1) as u64) as usize
-    }
-}
-
 /// Force functions, each with the helpers and constants of its file.
 fn corpus() -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut texts = Vec::new();
-    for folder in ["constraints", "tests/unseen", "tests/golden", "tests/wrong"] {
+    let mut files = Vec::new();
+    for folder in ["constraints", "tests/unseen", "tests/golden"] {
         let entries = std::fs::read_dir(root.join(folder)).expect("a folder of force files");
         let mut paths: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
         paths.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
         paths.sort();
-        for path in paths {
-            let text = std::fs::read_to_string(path).expect("a force file");
-            // Items end with a line that is a single bracket, or with a line that ends with a semicolon.
-            let (mut items, mut item) = (Vec::new(), String::new());
-            for line in text.lines() {
-                item.push_str(line);
-                item.push('\n');
-                if line == "}" || line.ends_with(';') && !line.starts_with(' ') {
-                    items.push(std::mem::take(&mut item));
-                }
+        files.extend(paths.iter().map(|path| std::fs::read_to_string(path).expect("a force file")));
+    }
+    files.extend(inputs::cases().into_iter().map(|(_, text)| text));
+    let mut texts = Vec::new();
+    for text in files {
+        // Items end with a line that is a single bracket, or with a line that ends with a semicolon.
+        let (mut items, mut item) = (Vec::new(), String::new());
+        for line in text.lines() {
+            item.push_str(line);
+            item.push('\n');
+            if line == "}" || line.ends_with(';') && !line.starts_with(' ') {
+                items.push(std::mem::take(&mut item));
             }
-            items.push(item);
-            let is_force =
-                |item: &&String| ["#[con", "#[ene", "#[for"].iter().any(|mark| item.contains(mark));
-            let helpers: String = items.iter().filter(|item| !is_force(item)).map(String::as_str).collect();
-            texts.extend(items.iter().filter(is_force).map(|force| format!("{helpers}{force}")));
         }
+        items.push(item);
+        let is_force = |item: &&String| ["#[con", "#[ene", "#[for"].iter().any(|mark| item.contains(mark));
+        let helpers: String = items.iter().filter(|item| !is_force(item)).map(String::as_str).collect();
+        texts.extend(items.iter().filter(is_force).map(|force| format!("{helpers}{force}")));
     }
     texts
 }
@@ -175,7 +164,7 @@ fn hostile_inputs() {
     let (current, since, started) = (Mutex::new(String::new()), AtomicU64::new(0), Instant::now());
     let now = || started.elapsed().as_millis() as u64 + 1;
     let (mut faults, mut slowest, mut passed) = (Vec::new(), (Duration::ZERO, String::new()), 0);
-    let mut random = Random(wanted("FORCEC_SEED", 5));
+    let mut random = Random::new(wanted("FORCEC_SEED", 5));
     let done = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| {

@@ -6,6 +6,7 @@ mod hostile;
 mod meaning;
 mod messages;
 mod values;
+mod wrong;
 
 use forcec::internals::check::{self, Checked};
 use forcec::internals::source::diagnostic::Diagnostics;

@@ -1,9 +1,7 @@
-//! Errors and suspicious code give the right message.
-//!
-//! A wrong input is a file `tests/wrong/NAME.rs` with its message in `NAME.stderr`; `FORCEC_BLESS=1` writes messages.
+//! Warnings where a formula can be singular and nowhere else, the length of a report, and the source ranges of
+//! expressions.
 
-use super::{PROGRAM, accepted};
-use forcec::internals::check;
+use super::{PROGRAM, accepted, compile};
 use forcec::internals::source::diagnostic::Diagnostics;
 use forcec::internals::source::span::Source;
 use forcec::internals::syntax;
@@ -105,6 +103,14 @@ fn a_warning_says_how_often_it_was_met() {
     assert!(told.contains("^ the length has no derivative where the vector is zero (6 times)\n"), "{told}");
 }
 
+#[test]
+fn a_report_has_at_most_a_hundred_errors() {
+    let sum: String = (0..102).map(|k| format!(" + x{k}")).collect();
+    let text = format!("#[energy]\nfn f(a: Particle) -> Real {{ a.position.x{sum} }}\n");
+    let errors = compile(&text).map(|_| ()).unwrap_err().list;
+    assert_eq!((errors.len(), errors[100].message.as_str()), (101, "2 more errors are not shown"));
+}
+
 /// The source range of each expression is a complete expression, with all of its brackets.
 #[test]
 fn places_keep_their_brackets() {
@@ -132,43 +138,4 @@ fn places_keep_their_brackets() {
         }
     }
     assert!(count > 5000, "{count} expressions");
-}
-
-#[test]
-fn wrong_inputs_get_their_messages() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/wrong");
-    let bless = std::env::var_os("FORCEC_BLESS").is_some();
-    let mut failures = Vec::new();
-    let mut count = 0;
-    let mut files: Vec<_> = std::fs::read_dir(&folder)
-        .expect("the folder of wrong inputs")
-        .map(|e| e.expect("an entry").path())
-        .collect();
-    files.sort();
-    for path in files.into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs")) {
-        count += 1;
-        let name = path.file_name().expect("a file").to_string_lossy().into_owned();
-        let text = std::fs::read_to_string(&path).expect("a text");
-        let source = Source::new(format!("tests/wrong/{name}"), text);
-        let found = match syntax::parse(&source).and_then(|file| check::check(&file)) {
-            Err(diagnostics) => {
-                assert!(diagnostics.has_errors(), "{name}");
-                diagnostics
-            }
-            Ok(checked) => {
-                // A file named after a warning is accepted with it.
-                assert!(name.starts_with("warning_"), "{name} is accepted");
-                Diagnostics::new(source, checked.warnings)
-            }
-        };
-        let found = format!("{found}\n");
-        let expected = path.with_extension("stderr");
-        if bless {
-            std::fs::write(&expected, &found).expect("to write the message");
-        } else if std::fs::read_to_string(&expected).unwrap_or_default() != found {
-            failures.push(format!("{name}:\n{found}"));
-        }
-    }
-    assert!(count >= 60, "{count} wrong inputs");
-    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

@@ -4,16 +4,13 @@ use super::{accepted, compile};
 use forcec::Specialization;
 use forcec::internals::check;
 use forcec::internals::math::number::Comparison;
+use forcec::internals::math::random::Random;
 use forcec::internals::vector::definition::{Definition, Law, Row};
 use forcec::internals::vector::{Graph, Node};
 
 /// A number between −1 and 1 that depends only on the position of the argument.
 fn noise(seed: u64) -> f64 {
-    let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(0x1234_5678_9abc_def1);
-    x ^= x >> 31;
-    x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x ^= x >> 29;
-    (x >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    Random::new(seed).uniform(-1.0, 1.0)
 }
 
 fn values(graph: &Graph, seed: u64) -> Vec<[f64; 3]> {

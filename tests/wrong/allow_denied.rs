@@ -1,6 +1,0 @@
-#[energy]
-#[deny(singular)]
-#[expect(nonlinear, unused, reason = "to see")]
-pub fn spring(p: Particle) -> Real {
-    p.position.norm()
-}

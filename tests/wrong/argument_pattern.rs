@@ -1,4 +1,0 @@
-#[energy]
-pub fn well((a, b): (Particle, Particle)) -> Real {
-    a.position.dot(&b.position)
-}

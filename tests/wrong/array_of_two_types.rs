@@ -1,5 +1,0 @@
-#[energy]
-pub fn spring(a: Particle, b: Particle, k: Real) -> Real {
-    let v = [k, a.position];
-    v[0] * b.position.x
-}

@@ -1,4 +1,0 @@
-#[energy]
-pub fn well(a: Particle) -> Real {
-    a.position.x + 1.0)
-}

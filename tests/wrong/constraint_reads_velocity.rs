@@ -1,4 +1,0 @@
-#[constraint]
-pub fn slow(a: Particle) -> Vec3 {
-    a.velocity
-}

@@ -1,4 +1,0 @@
-#[constraint]
-pub fn same(a: Particle) -> Particle {
-    a
-}

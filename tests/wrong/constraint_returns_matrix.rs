@@ -1,4 +1,0 @@
-#[constraint]
-pub fn shape(a: Rigid) -> Mat3 {
-    a.orientation.to_rotation_matrix().into_inner()
-}

@@ -1,9 +1,0 @@
-#[constraint]
-pub fn nothing(a: Particle) -> () {
-    let _gap = a.position;
-}
-
-#[force]
-pub fn no_force(a: Particle) -> () {
-    let _gap = a.position;
-}

@@ -1,5 +1,0 @@
-#[energy]
-#[domain(length = 1e-3..1e-2)]
-pub fn well(a: Rigid, k: Real) -> Real {
-    k * a.position.norm_squared()
-}

@@ -1,5 +1,0 @@
-#[energy]
-#[force]
-pub fn floor(a: Particle) -> Real {
-    a.position.z
-}

@@ -1,4 +1,0 @@
-#[force]
-pub fn drag(a: Rigid, k: Real) -> Vec3 {
-    -k * a.velocity
-}

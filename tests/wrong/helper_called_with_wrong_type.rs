@@ -1,8 +1,0 @@
-fn square(x: Real) -> Real {
-    x * x
-}
-
-#[energy]
-pub fn spring(a: Particle, b: Particle, k: Real) -> Real {
-    k * square(a.position - b.position)
-}

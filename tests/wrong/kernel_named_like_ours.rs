@@ -1,4 +1,0 @@
-#[energy]
-pub fn forcec_rigid(a: Particle) -> Real {
-    a.position.x
-}

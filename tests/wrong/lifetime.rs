@@ -1,3 +1,0 @@
-fn first<'a>(v: &'a Vec3) -> Real {
-    v.x
-}

@@ -1,4 +1,0 @@
-#[energy]
-pub fn spring(a: Particle, b: Particle, k: Real) -> Real {
-    1e-999 * k * a.position.dot(&b.position)
-}

@@ -1,8 +1,0 @@
-#[energy]
-pub fn spring(a: Particle, b: Particle, k: Real) -> Real {
-    let mut sum = 0.0;
-    for i in (0..3).rev() {
-        sum = sum * k + a.position[i] * b.position[i];
-    }
-    sum
-}

@@ -1,5 +1,0 @@
-impl Spring {
-    fn energy(&self) -> Real {
-        self.k
-    }
-}

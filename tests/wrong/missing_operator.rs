@@ -1,4 +1,0 @@
-#[energy]
-pub fn well(a: Particle, k: Real) -> Real {
-    k a.position.x
-}

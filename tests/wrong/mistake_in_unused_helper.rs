@@ -1,3 +1,0 @@
-fn area(a: Vec3, b: Vec3) -> Real {
-    0.5 * a.cros(&b).norm()
-}

@@ -1,4 +1,0 @@
-#[energy]
-pub fn nothing(k: Real) -> Real {
-    k
-}

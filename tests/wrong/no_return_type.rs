@@ -1,4 +1,0 @@
-#[energy]
-pub fn well(a: Particle) {
-    a.position.x
-}

@@ -1,1 +1,0 @@
-spring: energy = 0.5 * k * x^2

@@ -1,4 +1,0 @@
-#[energy(unilateral)]
-pub fn floor(a: Particle) -> Real {
-    a.position.z
-}

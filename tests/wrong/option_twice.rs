@@ -1,4 +1,0 @@
-#[constraint(per_row, per_row)]
-pub fn floor(a: Particle) -> Real {
-    a.position.z
-}

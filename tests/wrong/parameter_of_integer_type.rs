@@ -1,4 +1,0 @@
-#[energy]
-pub fn well(a: Particle, n: usize) -> Real {
-    n as Real * a.position.x
-}

@@ -1,6 +1,0 @@
-mod springs {
-    #[energy]
-    pub fn well(a: Particle) -> Real {
-        a.position.x
-    }
-}

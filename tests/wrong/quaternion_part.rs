@@ -1,4 +1,0 @@
-#[energy]
-pub fn spring(a: Rigid, k: Real) -> Real {
-    k * a.orientation.x
-}

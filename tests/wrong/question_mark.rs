@@ -1,4 +1,0 @@
-#[energy]
-pub fn spring(a: Particle, b: Particle, k: Real) -> Real {
-    k * a.position.dot(&b.position)?
-}

@@ -1,0 +1,3 @@
+#[energy]
+pub fn well(a: Particle) -> Real {
+    a.position.x

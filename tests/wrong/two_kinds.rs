@@ -1,5 +1,0 @@
-#[constraint]
-#[energy]
-pub fn floor(a: Particle) -> Real {
-    a.position.z
-}

@@ -1,4 +1,0 @@
-#[constraint(unilaterl)]
-pub fn floor(a: Particle) -> Real {
-    a.position.z
-}

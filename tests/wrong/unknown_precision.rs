@@ -1,4 +1,0 @@
-#[constraint(real = f16)]
-pub fn floor(a: Particle) -> Real {
-    a.position.z
-}
