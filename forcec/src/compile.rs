@@ -85,41 +85,74 @@ pub fn compile_file(
     wanted: &dyn Fn(&str) -> bool,
     request: impl Into<Request>,
 ) -> Result<Compiled, Diagnostics> {
+    let Elaborated { functions, names, warnings } = elaborated(file, wanted, request)?;
+    let functions = compile_all(file, functions)?;
+    Ok(Compiled { source: file.source.clone(), docs: file.docs(), names, functions, warnings })
+}
+
+/// A checked force function and what is asked of it.
+#[derive(Clone)]
+pub(crate) struct Asked {
+    /// The definition, simplified.
+    pub(crate) definition: Definition,
+    /// The definition as written.
+    pub(crate) source: Definition,
+    /// The request, with the options of its attributes.
+    pub(crate) request: Request,
+}
+
+/// The wanted force functions of a file, checked.
+pub(crate) struct Elaborated {
+    pub(crate) functions: Vec<Asked>,
+    /// Names of all force functions of the file.
+    pub(crate) names: Vec<String>,
+    pub(crate) warnings: Vec<Diagnostic>,
+}
+
+/// Checks a parsed file once, for any number of kernels of each wanted function.
+pub(crate) fn elaborated(
+    file: &syntax::ast::File,
+    wanted: &dyn Fn(&str) -> bool,
+    request: impl Into<Request>,
+) -> Result<Elaborated, Diagnostics> {
     let request = request.into();
     let known = |own: &Function| match wanted(&own.name.text) {
         true => request.of(own.choices()).known,
         false => Specialization::default(),
     };
-    let checked = check::check_knowing(file, &known, wanted)?;
+    let checked = check::check_for(file, &known, wanted, true)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
-    let definitions: Vec<(Definition, Request)> = definitions
-        .map(|definition| {
-            let own = file.function(&definition.name).map(Function::choices);
-            let request = request.of(own.into_iter().flatten());
-            (definition, request)
-        })
-        .collect();
-    let (mut errors, mut beside) = (Vec::new(), Vec::new());
-    for (own, request) in &definitions {
-        errors.extend(misfits(file, own, request, &definitions));
-        errors.extend(valueless(own, request.parts()));
-        match extras(file, own, request) {
-            Ok(extras) => beside.push(extras),
+    let functions = definitions.zip(checked.sources).map(|(definition, source)| {
+        let own = file.function(&definition.name).map(Function::choices);
+        Asked { request: request.of(own.into_iter().flatten()), definition, source }
+    });
+    Ok(Elaborated { functions: functions.collect(), names, warnings: checked.warnings })
+}
+
+/// Compiles checked functions, unless the options of one contradict the function.
+pub(crate) fn compile_all(
+    file: &syntax::ast::File,
+    mut functions: Vec<Asked>,
+) -> Result<Vec<Stages>, Diagnostics> {
+    let (mut errors, mut arguments) = (Vec::new(), Vec::new());
+    for Asked { definition, request, .. } in &functions {
+        errors.extend(misfits(file, definition, request, &functions));
+        errors.extend(valueless(definition, request.parts()));
+        match extras(file, definition, request) {
+            Ok(extras) => arguments.push(extras),
             Err(error) => errors.push(error),
         }
     }
     if !errors.is_empty() {
         return Err(Diagnostics::new(file.source.clone(), errors));
     }
-    let functions = definitions.into_iter().zip(beside).map(|((mut definition, request), extras)| {
+    for (Asked { definition, .. }, extras) in functions.iter_mut().zip(arguments) {
         definition.graph.signature.extras = extras;
-        stages(file, definition, request)
-    });
-    let functions: Result<Vec<Stages>, Diagnostic> = functions.collect();
-    let functions = functions.map_err(|error| Diagnostics::new(file.source.clone(), vec![error]))?;
-    let docs = file.docs();
-    Ok(Compiled { source: file.source.clone(), docs, names, functions, warnings: checked.warnings })
+    }
+    let functions: Result<Vec<Stages>, Diagnostic> =
+        functions.into_iter().map(|asked| stages(file, asked)).collect();
+    functions.map_err(|error| Diagnostics::new(file.source.clone(), vec![error]))
 }
 
 /// Errors in the options of a function: bodies and parameters that the function does not have (for a module's
@@ -128,7 +161,7 @@ fn misfits(
     file: &syntax::ast::File,
     definition: &Definition,
     request: &Request,
-    all: &[(Definition, Request)],
+    all: &[Asked],
 ) -> Vec<Diagnostic> {
     let mut errors = Vec::new();
     let Some(function) = file.function(&definition.name) else { return errors };
@@ -138,9 +171,9 @@ fn misfits(
             errors.push(Diagnostic::error(stated.span, message, "stated here").help(help));
         }
         let Choice::Known(known) = &stated.choice else { continue };
-        let functions = all.iter().filter(|(other, _)| stated.shared || other.name == definition.name);
+        let functions = all.iter().filter(|own| stated.shared || own.definition.name == definition.name);
         let candidates: Vec<(&str, String)> =
-            functions.flat_map(|(own, request)| nameable(own, request)).collect();
+            functions.flat_map(|own| nameable(&own.definition, &own.request)).collect();
         for ((what, name), place) in known.names().zip(&stated.places) {
             let own = candidates.iter().filter(|(kind, _)| *kind == what).map(|(_, name)| name.as_str());
             let own: Vec<&str> = own.collect();
@@ -290,18 +323,18 @@ fn extras(
 }
 
 /// Compiles one function through all stages; a kernel that is too long is an error.
-fn stages(file: &syntax::ast::File, definition: Definition, request: Request) -> Result<Stages, Diagnostic> {
+fn stages(file: &syntax::ast::File, asked: Asked) -> Result<Stages, Diagnostic> {
     let started = Instant::now();
+    let Asked { definition, source, request } = asked;
     let plan = request.plan;
-    let source = check::elaborate(file, &definition.name, &request.known);
-    let derive = |parts: &[Part], formulation| derive(&definition, parts, formulation);
-    let optimized = optimize(|formulation| derive(request.parts(), formulation), plan, Some(&source));
+    let derive = |formulation| derive(&definition, request.parts(), formulation);
+    let optimized = optimize(derive, plan, Some(&source));
     let optimized = optimized.ok_or_else(|| {
         let label = format!("its kernel has more than {MOST_OPERATIONS} operations");
         Diagnostic::error(definition.span, "the function is too large", label)
             .help("shorten the ranges of its loops, or split it into several force functions")
     })?;
-    let vocabulary = vocabulary(derive(request.parts(), FORMULATIONS[0]), MOST_OPERATIONS);
+    let vocabulary = vocabulary(derive(FORMULATIONS[0]), MOST_OPERATIONS);
     let meanings = Meanings::new(&vocabulary, definition.law.has_multipliers());
     let style = Style {
         strict: plan.mode == Mode::Strict,

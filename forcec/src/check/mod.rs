@@ -40,6 +40,9 @@ use std::collections::BTreeSet;
 pub struct Checked {
     /// The force functions, in source order.
     pub definitions: Vec<Definition>,
+    /// The wanted force functions without simplification: the reference for all derived results. Empty unless
+    /// asked for.
+    pub(crate) sources: Vec<Definition>,
     /// Warnings, in source order.
     pub warnings: Vec<Diagnostic>,
 }
@@ -57,6 +60,16 @@ pub fn check_knowing(
     known: &dyn Fn(&Function) -> Specialization,
     wanted: &dyn Fn(&str) -> bool,
 ) -> Result<Checked, Diagnostics> {
+    check_for(file, known, wanted, false)
+}
+
+/// Checks a file; `sources` asks for the wanted functions without simplification as well.
+pub(crate) fn check_for(
+    file: &File,
+    known: &dyn Fn(&Function) -> Specialization,
+    wanted: &dyn Fn(&str) -> bool,
+    sources: bool,
+) -> Result<Checked, Diagnostics> {
     let known: Vec<Specialization> = file.functions.iter().map(known).collect();
     let all = file.functions.iter().all(|own| own.kind == FunctionKind::Helper || wanted(&own.name.text));
     let wanted = file
@@ -64,7 +77,7 @@ pub fn check_knowing(
         .iter()
         .map(|own| if own.kind == FunctionKind::Helper { all } else { wanted(&own.name.text) });
     let wanted = wanted.collect();
-    with_deep_stack(|| check_here(file, &known, wanted))
+    with_deep_stack(|| check_here(file, &known, wanted, sources))
 }
 
 /// Marks what the marked functions call, directly or not.
@@ -90,7 +103,12 @@ fn is_answered(warning: &Diagnostic, file: &File, wanted: &[bool]) -> bool {
     })
 }
 
-fn check_here(file: &File, known: &[Specialization], mut wanted: Vec<bool>) -> Result<Checked, Diagnostics> {
+fn check_here(
+    file: &File,
+    known: &[Specialization],
+    mut wanted: Vec<bool>,
+    sources: bool,
+) -> Result<Checked, Diagnostics> {
     let mut diagnostics = Vec::new();
     let program = Program::new(file, &mut diagnostics);
     let names = names::resolve(&program);
@@ -127,7 +145,13 @@ fn check_here(file: &File, known: &[Specialization], mut wanted: Vec<bool>) -> R
         warnings.retain(|warning| !is_answered(warning, file, &wanted));
         warnings.extend(file.unexplained());
         let warnings = Diagnostics::new(file.source.clone(), warnings).list;
-        return Ok(Checked { definitions, warnings });
+        let force = |index: &usize| file.functions[*index].kind != FunctionKind::Helper && wanted[*index];
+        let source = |index| {
+            forces::define(&program, &names.recursive, index, Graph::verbatim, &known[index]).definition
+        };
+        let indices = (0..file.functions.len()).filter(|index| sources && force(index));
+        let sources = indices.filter_map(source).collect();
+        return Ok(Checked { definitions, sources, warnings });
     }
     // An error in a loop or in a helper occurs many times; the first error at each position is enough.
     let mut places = BTreeSet::new();
@@ -138,6 +162,7 @@ fn check_here(file: &File, known: &[Specialization], mut wanted: Vec<bool>) -> R
 /// Elaborates a function of a checked file without simplification: the reference for all derived results.
 ///
 /// Panics if the file does not pass [`check`], or has no force function of that name.
+#[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
 pub fn elaborate(file: &File, name: &str, known: &Specialization) -> Definition {
     let definition = with_deep_stack(|| {
         let program = Program::new(file, &mut Vec::new());

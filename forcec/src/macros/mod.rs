@@ -10,7 +10,7 @@ mod places;
 mod plain;
 mod runtime;
 
-use crate::compile::{Stages, compile_file, fitted};
+use crate::compile::{Asked, Stages, compile_all, elaborated, fitted};
 use crate::emit::rust::{body_type, kernel_module, module_name};
 use crate::kernel::Precision;
 use crate::layout::Layout;
@@ -333,28 +333,22 @@ struct Functions {
 
 impl Functions {
     fn compile(file: &ast::File, request: &Request) -> Result<Functions, Diagnostics> {
-        let forces = compile_file(file, &|_| true, request.clone())?.functions;
+        let asked = elaborated(file, &|_| true, request.clone())?.functions;
+        let forces = compile_all(file, asked.clone())?;
         let mut companions: HashMap<String, Vec<(&'static Companion, Stages)>> = HashMap::new();
         for companion in &COMPANIONS {
-            // Functions with equal requests are compiled together.
-            let mut wanted: Vec<(Request, Vec<&str>)> = Vec::new();
-            for stages in
-                forces.iter().filter(|stages| is_tied(stages) && (companion.is_of)(&stages.definition.law))
-            {
-                let name = stages.definition.name.as_str();
-                let own = file.function(name).map(ast::Function::choices);
-                let own = request.of(own.into_iter().flatten());
-                let request = Request { outputs: companion.outputs.to_vec(), settled: true, ..own };
-                match wanted.iter_mut().find(|(other, _)| *other == request) {
-                    Some((_, names)) => names.push(name),
-                    None => wanted.push((request, vec![name])),
+            let tied = asked.iter().zip(&forces).filter(|(_, stages)| is_tied(stages));
+            let tied = tied.filter(|(asked, _)| (companion.is_of)(&asked.definition.law));
+            let wanted = tied.map(|(asked, _)| {
+                let outputs = companion.outputs.to_vec();
+                Asked {
+                    request: Request { outputs, settled: true, ..asked.request.clone() },
+                    ..asked.clone()
                 }
-            }
-            for (request, names) in wanted {
-                for stages in compile_file(file, &|name| names.contains(&name), request)?.functions {
-                    let name = stages.definition.name.clone();
-                    companions.entry(name).or_default().push((companion, stages));
-                }
+            });
+            for stages in compile_all(file, wanted.collect())? {
+                let name = stages.definition.name.clone();
+                companions.entry(name).or_default().push((companion, stages));
             }
         }
         let mut functions = Functions { forces, companions };

@@ -433,7 +433,7 @@ impl Part {
         }
         let mut end = 0;
         let found = signature.moving().find(|(_, body)| {
-            end += body.kind.freedoms();
+            end += body.kind.dofs();
             row < end
         });
         found.map(|(body, _)| body as u16)

@@ -70,7 +70,7 @@ impl Places {
     pub fn slots(&self) -> impl Iterator<Item = Slot> + '_ {
         let bodies = self.signature.bodies.iter().map(|body| {
             let fields = body.kind.row().fields.iter();
-            fields.map(|field| field.length as u32).collect::<Vec<_>>()
+            fields.map(|field| field.length).collect::<Vec<_>>()
         });
         let parameters = self.signature.parameters.iter().chain(&self.signature.extras);
         let lengths = bodies.chain(parameters.map(|parameter| vec![parameter.ty.length() as u32]));

@@ -7,7 +7,6 @@
 //! once all their entries are computed, so that compilers use wide stores for the rows and wide loads in the
 //! loops. The zeros among these entries are stored right before them.
 
-use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{ParameterType, Signature};
 use crate::names::values::ValueName;

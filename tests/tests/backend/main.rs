@@ -220,7 +220,7 @@ fn operations_are_counted_on_the_text() {
         let schedule = schedule(&program, Style::default(), &Meanings::default());
         let kernel = Kernel::dense(name.clone(), vec![], vec![], schedule);
         let operations = kernel.schedule.operations();
-        let freedoms = kernel.schedule.signature.freedoms();
+        let freedoms = kernel.schedule.signature.dofs();
         let rust = emit::rust::kernel_module(&kernel, Precision::F32);
         let start = rust.find("pub fn evaluate").unwrap();
         assert_eq!(
