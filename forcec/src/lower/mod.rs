@@ -39,7 +39,7 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
     let mut lowering = Lowering::new(derived.tangent, shared, most);
     let written = source.map(|source| written::rows(&mut lowering.scalar, source));
     if let Some(written) = &written {
-        lowering.stand_in(&derived.rows, written);
+        lowering.substitute(&derived.rows, written);
     }
     let returned = written.filter(|_| source.is_some_and(|source| matches!(source.law, Law::Force(_))));
     let [forces, impulses] = &derived.pieces;
@@ -343,7 +343,7 @@ impl Lowering {
                 let a = self.id(a.0);
                 self.scalar.not(a)
             }
-            _ => unreachable!("{node:?} is no real"),
+            _ => unreachable!("{node:?} is not a real"),
         }
     }
 
@@ -422,7 +422,7 @@ impl Lowering {
     }
 
     /// Replaces the rows of C, or E, by values that are already lowered.
-    fn stand_in(&mut self, rows: &[(Real, Real)], values: &[Id]) {
+    fn substitute(&mut self, rows: &[(Real, Real)], values: &[Id]) {
         let mut vectors: BTreeMap<u32, [Option<Id>; 3]> = BTreeMap::new();
         for ((row, _), value) in rows.iter().zip(values) {
             let (c, rest) = self.tangent.graph.split(*row);

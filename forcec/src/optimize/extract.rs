@@ -163,8 +163,8 @@ impl Extraction<'_> {
     }
 
     /// Adds or removes the candidates that a term forms with the terms of a sum.
-    fn step(&mut self, step: Step, atom: Atom, beside: &Polynomial, m: Monomial, c: &Exact) {
-        for (n, d) in beside.terms() {
+    fn step(&mut self, step: Step, atom: Atom, rest: &Polynomial, m: Monomial, c: &Exact) {
+        for (n, d) in rest.terms() {
             let (divisor, place) = if m < *n {
                 self.divisor(atom, (m, c), (*n, d))
             } else {

@@ -458,7 +458,7 @@ impl Network {
                         graph.offset(entry, number.clone())
                     }
                     Node::Known(value) => graph.known(*value),
-                    node => unreachable!("{node:?} is no leaf"),
+                    node => unreachable!("{node:?} is not a leaf"),
                 },
                 Value::Number(value) => graph.constant(value.clone()),
                 Value::Sum(polynomial) if self.is_multiple(polynomial) => {
@@ -551,7 +551,7 @@ fn rebuild(graph: &mut Graph, node: &Node, operands: &[Id]) -> Id {
         (Node::And(..), &[a, b]) => graph.and(a, b),
         (Node::Or(..), &[a, b]) => graph.or(a, b),
         (Node::Not(_), &[a]) => graph.not(a),
-        _ => unreachable!("{node:?} is no operation"),
+        _ => unreachable!("{node:?} is not an operation"),
     }
 }
 

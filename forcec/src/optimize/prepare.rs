@@ -7,6 +7,7 @@
 use crate::math::exact::Exact;
 use crate::model::bodies::{Domain, Parameter, ParameterType, Signature, Slot};
 use crate::model::outputs::{Array, Part, Piece};
+use crate::names::values::{ValueName, entry_name};
 use crate::scalar::{Graph, Id, Node, Program};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
@@ -275,7 +276,8 @@ impl Splitter<'_> {
             kept.iter().map(|k| self.whole.signature.parameters[*k].name.clone()).collect();
         let mut names = Vec::new();
         for id in values {
-            let stem = told(&self.given, &self.whole.signature, *id, 0).filter(|name| name.len() <= LONGEST);
+            let stem = derived_name(&self.given, &self.whole.signature, *id, 0).map(|name| name.text);
+            let stem = stem.filter(|name| name.len() <= LONGEST);
             let stem = stem.unwrap_or_else(|| self.sources(*id));
             let numbers = (2..).map(|number| format!("{stem}_{number}"));
             let mut free = std::iter::once(stem.clone()).chain(numbers).filter(|name| !taken.contains(name));
@@ -294,38 +296,37 @@ const LONGEST: usize = 27;
 const DEEPEST: usize = 4;
 
 /// A name derived from the expression of a value.
-fn told(graph: &Graph, signature: &Signature, id: Id, depth: usize) -> Option<String> {
-    let below = |x: &Id| told(graph, signature, *x, depth + 1);
-    let slot = |slot: Slot| signature.slot_name(slot).replace(['.', '['], "_").replace(']', "");
+fn derived_name(graph: &Graph, signature: &Signature, id: Id, depth: usize) -> Option<ValueName> {
+    let below = |x: &Id| derived_name(graph, signature, *x, depth + 1);
     if let Some(name) = graph.name(id) {
-        return Some(name.to_owned());
+        return Some(ValueName::source(name));
     }
     if depth == DEEPEST {
         return None;
     }
     Some(match graph.node(id) {
-        Node::Input(input) => slot(*input),
-        Node::Difference(first, second) => format!("{}_minus_{}", slot(*first), slot(*second)),
-        Node::Recip(x) => format!("inv_{}", below(x)?),
+        Node::Input(slot) => ValueName::plain(entry_name(signature, *slot)),
+        Node::Difference(first, second) => {
+            let [first, second] = [first, second].map(|slot| ValueName::plain(entry_name(signature, *slot)));
+            first.join("_minus_", &second)
+        }
+        Node::Recip(x) => below(x)?.power(-1),
         Node::Product(factors) => {
-            let power = |(x, n): &(Id, u32)| match n {
-                1 => below(x),
-                2 => Some(format!("{}_sq", below(x)?)),
-                n => Some(format!("{}_pow{n}", below(x)?)),
-            };
-            factors.iter().map(power).collect::<Option<Vec<String>>>()?.join("_")
+            let powers: Option<Vec<ValueName>> =
+                factors.iter().map(|(x, n)| Some(below(x)?.power(i64::from(*n)))).collect();
+            powers?.into_iter().reduce(|product, power| product.join("_", &power))?
         }
         Node::Sum(constant, terms) => match &**terms {
-            [(two, x)] if constant.is_zero() && *two == Exact::from(2) => format!("two_{}", below(x)?),
-            [(half, x)] if constant.is_zero() && *half == Exact::ratio(1, 2) => format!("half_{}", below(x)?),
+            [(two, x)] if constant.is_zero() && *two == Exact::from(2) => below(x)?.after("two_"),
+            [(half, x)] if constant.is_zero() && *half == Exact::ratio(1, 2) => below(x)?.after("half_"),
             [(c, x), (d, y)] if constant.is_zero() && c.is_one() && d.is_unit() => {
-                let sign = if d.is_negative() { "minus" } else { "plus" };
-                format!("{}_{sign}_{}", below(x)?, below(y)?)
+                let sign = if d.is_negative() { "_minus_" } else { "_plus_" };
+                below(x)?.join(sign, &below(y)?)
             }
             _ => return None,
         },
         Node::Call(function, arguments) => match &**arguments {
-            [x] if function.order().is_none() => format!("{}_{}", function.row().name, below(x)?),
+            [x] => below(x)?.call(*function)?,
             _ => return None,
         },
         _ => return None,

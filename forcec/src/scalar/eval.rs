@@ -38,7 +38,7 @@ impl<N: Clone> Value<N> {
     pub(crate) fn real(&self) -> N {
         match self {
             Value::Real(x) => x.clone(),
-            Value::Truth(_) => panic!("a number is expected where a truth stands"),
+            Value::Truth(_) => panic!("expected a number, found a truth"),
         }
     }
 
@@ -46,7 +46,7 @@ impl<N: Clone> Value<N> {
     pub(crate) fn truth(&self) -> bool {
         match self {
             Value::Truth(x) => *x,
-            Value::Real(_) => panic!("a truth is expected where a number stands"),
+            Value::Real(_) => panic!("expected a truth, found a number"),
         }
     }
 }

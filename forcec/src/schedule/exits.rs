@@ -201,7 +201,7 @@ fn resolve(items: &mut Items, known: &[(ItemId, bool)]) {
         Fact::Truth(value) => Some(value),
         _ => None,
     };
-    let mut stands: Vec<ItemId> = Vec::with_capacity(items.items.len());
+    let mut replaced_by: Vec<ItemId> = Vec::with_capacity(items.items.len());
     for index in 0..items.items.len() {
         let own = index as ItemId;
         let chosen = match &items.items[index] {
@@ -216,17 +216,17 @@ fn resolve(items: &mut Items, known: &[(ItemId, bool)]) {
             }
             _ => None,
         };
-        let chosen = chosen.map(|edge| Edge { item: stands[edge.item as usize], ..edge });
+        let chosen = chosen.map(|edge| Edge { item: replaced_by[edge.item as usize], ..edge });
         match chosen {
             Some(Edge { item, negative: false }) if truth(own).is_none() => {
-                stands.push(item);
+                replaced_by.push(item);
                 let source = items.sources[index].take();
                 let named = &mut items.sources[item as usize];
                 *named = named.take().or(source);
             }
             Some(edge) if truth(own).is_none() => {
                 items.items[index] = Item::Sum(vec![edge]);
-                stands.push(own);
+                replaced_by.push(own);
             }
             _ => {
                 if let Some(value) = truth(own)
@@ -234,13 +234,13 @@ fn resolve(items: &mut Items, known: &[(ItemId, bool)]) {
                 {
                     items.items[index] = Item::Known(value);
                 }
-                items.items[index].operands_mut().into_iter().for_each(|x| *x = stands[*x as usize]);
-                stands.push(own);
+                items.items[index].operands_mut().into_iter().for_each(|x| *x = replaced_by[*x as usize]);
+                replaced_by.push(own);
             }
         }
     }
     for (_, edge) in &mut items.outputs {
-        edge.item = stands[edge.item as usize];
+        edge.item = replaced_by[edge.item as usize];
     }
 }
 

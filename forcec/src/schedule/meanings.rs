@@ -97,7 +97,7 @@ impl Meanings {
         self.values(signature, graph).iter().map(|values| self.find(values)).collect()
     }
 
-    /// Whether there is no name.
+    /// Whether it has no names.
     pub(super) fn is_empty(&self) -> bool {
         self.words.is_empty()
     }

@@ -26,7 +26,7 @@ pub trait Dialect {
     fn known(&self, value: bool) -> String;
     /// An argument entry.
     fn input(&self, slot: Slot) -> String;
-    /// The template of a function: `{0}`, `{1}` stand for the arguments.
+    /// The template of a function: `{0}` and `{1}` are replaced by the arguments.
     fn function(&self, function: Function) -> String;
     /// The template of x y + z with one rounding.
     fn fused(&self) -> String {

@@ -280,8 +280,8 @@ fn product_of(items: &mut Items, known: &Products, factors: &[ItemId]) -> ItemId
         (_, Some(item)) => return *item,
         _ => {}
     }
-    let beside = |factor: &ItemId| Some(vec![*factor, *known.get(&without(factors, &[*factor])?)?]);
-    let over = factors.iter().find_map(beside).unwrap_or_else(|| factors.to_vec());
+    let with_rest = |factor: &ItemId| Some(vec![*factor, *known.get(&without(factors, &[*factor])?)?]);
+    let over = factors.iter().find_map(with_rest).unwrap_or_else(|| factors.to_vec());
     over.iter().for_each(|item| items.uses[*item as usize] += 1);
     items.items.push(Item::Quotient(over, vec![]));
     items.sources.push(None);
