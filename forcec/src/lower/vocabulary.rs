@@ -15,6 +15,9 @@ use crate::vector::{Node, Real, Vector};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// The largest number of first derivatives that get names.
+const MOST_FIRST: usize = 4_000;
+
 /// The largest number of second derivatives that get names.
 const MOST_SECOND: usize = 20_000;
 
@@ -123,6 +126,9 @@ impl Words {
                 }
                 _ => {}
             }
+        }
+        if values.len() * coordinates.len() > MOST_FIRST {
+            return;
         }
         for (name, value, _) in &values {
             let entries = self.lowering.jacobian(std::iter::once(*value), pose);

@@ -3,6 +3,7 @@
 //! In: a program and the values of its arguments. Out: every output. Any [`Number`] works: doubles for tests,
 //! higher precision or error bounds for the verifier. Live nodes are evaluated once, operands before users.
 
+use crate::math::exact::Exact;
 use crate::math::functions::Operator;
 use crate::math::number::Number;
 use crate::model::bodies::Slot;
@@ -77,6 +78,18 @@ pub fn evaluate<N: Number>(program: &Program, inputs: &dyn Fn(Slot) -> N) -> Out
     Outputs(program.arrays.iter().map(array).collect())
 }
 
+/// x^exponent for a positive exponent, by repeated squaring.
+fn power<N: Number>(x: N, exponent: u32) -> N {
+    let mut power = x.clone();
+    for digit in (0..exponent.ilog2()).rev() {
+        power = power.clone() * power;
+        if exponent >> digit & 1 == 1 {
+            power = power * x.clone();
+        }
+    }
+    power
+}
+
 fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N) -> Value<N> {
     let real = |id: &Id| values[id.index()].real();
     let truth = |id: &Id| values[id.index()].truth();
@@ -98,8 +111,8 @@ fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N
             sum.unwrap_or_else(|| N::exact(constant))
         }
         Node::Product(factors) => {
-            let all = factors.iter().flat_map(|(id, exponent)| (0..*exponent).map(move |_| real(id)));
-            all.reduce(|product, x| product * x).unwrap_or_else(|| N::exact(&crate::math::exact::Exact::ONE))
+            let powers = factors.iter().map(|(id, exponent)| power(real(id), *exponent));
+            powers.reduce(|product, x| product * x).unwrap_or_else(|| N::exact(&Exact::ONE))
         }
         Node::Multiple(c, x) => N::exact(c) * real(x),
         Node::Held(x) => real(x),
@@ -109,7 +122,7 @@ fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N
             Operator::Multiply => real(x) * real(y),
             Operator::Divide => real(x) / real(y),
         },
-        Node::Recip(x) => N::exact(&crate::math::exact::Exact::ONE) / real(x),
+        Node::Recip(x) => N::exact(&Exact::ONE) / real(x),
         Node::Call(function, arguments) => {
             N::call(*function, &arguments.iter().map(real).collect::<Vec<_>>())
         }

@@ -57,7 +57,9 @@ impl Meanings {
         let values = meanings.values(&vocabulary.signature, &vocabulary.graph);
         let mut words: Vec<Word> = Vec::new();
         for (rank, (name, id)) in vocabulary.words.iter().enumerate() {
-            let computed = !matches!(vocabulary.graph.node(*id), Node::Constant(_) | Node::Input(_));
+            // An argument and its multiples have names already.
+            let (_, core) = vocabulary.graph.split(*id);
+            let computed = !matches!(vocabulary.graph.node(core), Node::Constant(_) | Node::Input(_));
             if let Some((values, negative)) = canonical(&values[id.index()]).filter(|_| computed) {
                 let name = if negative { name.opposite() } else { name.clone() };
                 words.push(Word { key: key(&values), values, rank, name });
