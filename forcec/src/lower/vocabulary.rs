@@ -15,6 +15,9 @@ use crate::vector::{Node, Real, Vector};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// A function with more nodes has names for the author's values alone: nobody reads its kernel.
+const LONGEST_FUNCTION: usize = 1_000;
+
 /// The largest number of first derivatives that get names.
 const MOST_FIRST: usize = 4_000;
 
@@ -36,12 +39,14 @@ pub fn vocabulary(derived: Derived, most: usize) -> Vocabulary {
     let mut words = Words { lowering: Lowering::new(derived.tangent, shared, most), words: Vec::new() };
     words.named();
     words.rotations();
-    words.derivatives(&derived.rows, &derived.multipliers, &derived.pose);
-    // The derivatives of the forces contribute the vectors that they are written with.
-    for blocks in [&derived.pose, &derived.velocity] {
-        words.lowering.blocks(&derived.forces, blocks, None);
+    if derived.stated <= LONGEST_FUNCTION {
+        words.derivatives(&derived.rows, &derived.multipliers, &derived.pose);
+        // The derivatives of the forces contribute the vectors that they are written with.
+        for blocks in [&derived.pose, &derived.velocity] {
+            words.lowering.blocks(&derived.forces, blocks, None);
+        }
+        words.described();
     }
-    words.described();
     let Words { lowering, words } = words;
     let words = if lowering.is_full() { Vec::new() } else { words };
     Vocabulary { signature, graph: lowering.scalar, words }
