@@ -65,7 +65,7 @@ impl ValueName {
     /// A name with a greater assumed length is rejected.
     const LONGEST: usize = 18;
 
-    /// A longer name is rejected, too: the middle of a name is no help.
+    /// A longer name is rejected, too: with its middle cut out, it would help nobody.
     const LONGEST_TEXT: usize = 27;
 
     /// A name chosen by the author, perhaps with what differentiation adds to it.
