@@ -120,7 +120,7 @@ pub(crate) fn elaborated(
         true => request.of(own.choices()).known,
         false => Specialization::default(),
     };
-    let checked = check::check_for(file, &known, wanted, true)?;
+    let checked = check::check_knowing(file, &known, wanted, true)?;
     let names = checked.definitions.iter().map(|definition| definition.name.clone()).collect();
     let definitions = checked.definitions.into_iter().filter(|definition| wanted(&definition.name));
     let functions = definitions.zip(checked.sources).map(|(definition, source)| {

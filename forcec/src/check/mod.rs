@@ -50,21 +50,12 @@ pub struct Checked {
 /// Checks a file; returns all errors if there are any.
 #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
 pub fn check(file: &File) -> Result<Checked, Diagnostics> {
-    check_knowing(file, &|_| Specialization::default(), &|_| true)
+    check_knowing(file, &|_| Specialization::default(), &|_| true, false)
 }
 
 /// Checks a file whose functions may be specialized. Warnings are limited to the wanted force functions and
-/// the helpers that they call.
+/// the helpers that they call; `sources` asks for the wanted functions without simplification as well.
 pub fn check_knowing(
-    file: &File,
-    known: &dyn Fn(&Function) -> Specialization,
-    wanted: &dyn Fn(&str) -> bool,
-) -> Result<Checked, Diagnostics> {
-    check_for(file, known, wanted, false)
-}
-
-/// Checks a file; `sources` asks for the wanted functions without simplification as well.
-pub(crate) fn check_for(
     file: &File,
     known: &dyn Fn(&Function) -> Specialization,
     wanted: &dyn Fn(&str) -> bool,
@@ -164,14 +155,10 @@ fn check_here(
 /// Panics if the file does not pass [`check`], or has no force function of that name.
 #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests use it"))]
 pub fn elaborate(file: &File, name: &str, known: &Specialization) -> Definition {
-    let definition = with_deep_stack(|| {
-        let program = Program::new(file, &mut Vec::new());
-        let names = names::resolve(&program);
-        let program = typed(program, &mut Vec::new());
-        let index = program.function(name)?;
-        forces::define(&program, &names.recursive, index, Graph::verbatim, known).definition
-    });
-    definition.expect("a force function of this name that passed the check")
+    let of = |own: &Function| if own.name.text == name { known.clone() } else { Specialization::default() };
+    let checked = check_knowing(file, &of, &|own| own == name, true);
+    let mut sources = checked.expect("a file that passed the check").sources;
+    sources.pop().expect("a force function of this name")
 }
 
 /// Resolves the types of all functions and evaluates all constants.

@@ -7,6 +7,7 @@
 
 use crate::math::exact::Exact;
 use crate::model::outputs::{Array, Axis, Output, Part, Piece};
+use crate::names::values::flat;
 use crate::scalar::{Graph, Id, Program};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
@@ -468,7 +469,7 @@ fn triangles(program: &Program, symmetric: &[Part]) -> (Program, Packing) {
 }
 
 fn name(output: Output, program: &Program) -> String {
-    output.named(&program.signature).replace(['.', '['], "_").replace(']', "")
+    flat(&output.named(&program.signature))
 }
 
 /// The node without its sign, and whether the sign is negative.

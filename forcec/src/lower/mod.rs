@@ -383,13 +383,16 @@ impl Lowering {
         [x, y, z, w]
     }
 
+    /// The parts u, 2u and w of a stored quaternion (u, w).
+    fn quaternion(&mut self, slot: Slot) -> ([Id; 3], [Id; 3], Id) {
+        let [x, y, z, w] = [0, 1, 2, 3].map(|k| self.input(Slot { offset: slot.offset + k, ..slot }));
+        let u = [x, y, z];
+        (u, u.map(|entry| self.scalar.scaled(Exact::from(2), entry)), w)
+    }
+
     /// v + 2w (u×v) + 2u×(u×v), or with −u for the inverse.
     fn rotate(&mut self, quaternion: Slot, inverse: bool, v: [Id; 3]) -> [Id; 3] {
-        let [x, y, z, w] =
-            [0, 1, 2, 3].map(|k| self.input(Slot { offset: quaternion.offset + k, ..quaternion }));
-        let u = [x, y, z];
-        let two = Exact::from(2);
-        let double = u.map(|entry| self.scalar.scaled(two.clone(), entry));
+        let (u, double, w) = self.quaternion(quaternion);
         if !self.shared.contains(&quaternion) {
             let turned = if inverse { self.cross(v, double) } else { self.cross(double, v) };
             let across = if inverse { self.cross(turned, u) } else { self.cross(u, turned) };

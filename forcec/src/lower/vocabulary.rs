@@ -94,9 +94,8 @@ impl Words {
         let signature = self.lowering.tangent.graph.signature.clone();
         for (body, argument) in signature.bodies.iter().enumerate() {
             let Some(slot) = signature.body_slot(body as u16, Role::Orientation) else { continue };
-            let [x, y, z, w] = [0, 1, 2, 3].map(|k| self.lowering.input(Slot { offset: k, ..slot }));
-            let double = [x, y, z].map(|entry| self.lowering.scalar.scaled(Exact::from(2), entry));
-            let matrix = self.lowering.rotation_matrix([x, y, z], double, w);
+            let (u, double, w) = self.lowering.quaternion(slot);
+            let matrix = self.lowering.rotation_matrix(u, double, w);
             for (i, j) in (0..9).map(|entry| (entry / 3, entry % 3)) {
                 self.add(ValueName::plain(format!("{}_r{i}{j}", argument.name)), matrix[i][j]);
             }
@@ -189,10 +188,7 @@ impl Words {
 
     /// 2 u × v, which the rotation of v by a quaternion (u, w) is made of.
     fn turned(&mut self, quaternion: Slot, v: Vector, name: &ValueName) {
-        let double = [0, 1, 2].map(|k| {
-            let entry = self.lowering.input(Slot { offset: quaternion.offset + k, ..quaternion });
-            self.lowering.scalar.scaled(Exact::from(2), entry)
-        });
+        let (_, double, _) = self.lowering.quaternion(quaternion);
         let v = self.lowering.vector(v);
         for (entry, axis) in self.lowering.cross(double, v).into_iter().zip(AXES) {
             self.add(name.and(&format!("_{axis}")), entry);

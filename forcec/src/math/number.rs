@@ -80,6 +80,25 @@ pub trait Number: Arithmetic {
     fn holds(comparison: Comparison, x: &Self, y: &Self) -> bool;
 }
 
+/// xⁿ by repeated squaring.
+pub(crate) fn power<N: Number>(x: N, n: u32) -> N {
+    let mut product: Option<N> = None;
+    let (mut square, mut rest) = (x, n);
+    while rest > 0 {
+        if rest % 2 == 1 {
+            product = Some(match product {
+                Some(product) => product * square.clone(),
+                None => square.clone(),
+            });
+        }
+        rest /= 2;
+        if rest > 0 {
+            square = square.clone() * square;
+        }
+    }
+    product.unwrap_or_else(|| N::exact(&Exact::ONE))
+}
+
 /// A type that can choose between two computations: numbers compare, a record contains both.
 pub trait Choice: Arithmetic {
     /// `less` if x < y, else `otherwise`; the last operation of a computation.

@@ -5,7 +5,7 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::Operator;
-use crate::math::number::Number;
+use crate::math::number::{Number, power};
 use crate::model::bodies::Slot;
 use crate::model::outputs::{self, Array, Part};
 use crate::scalar::{Graph, Id, Node, Program};
@@ -76,18 +76,6 @@ pub fn evaluate<N: Number>(program: &Program, inputs: &dyn Fn(Slot) -> N) -> Out
         entries: array.entries.iter().map(at).collect(),
     };
     Outputs(program.arrays.iter().map(array).collect())
-}
-
-/// x^exponent for a positive exponent, by repeated squaring.
-fn power<N: Number>(x: N, exponent: u32) -> N {
-    let mut power = x.clone();
-    for digit in (0..exponent.ilog2()).rev() {
-        power = power.clone() * power;
-        if exponent >> digit & 1 == 1 {
-            power = power * x.clone();
-        }
-    }
-    power
 }
 
 fn value<N: Number>(node: &Node, values: &[Value<N>], inputs: &dyn Fn(Slot) -> N) -> Value<N> {

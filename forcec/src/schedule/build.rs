@@ -16,7 +16,7 @@ use crate::schedule::eval;
 use crate::schedule::exits::{Guard, Test};
 use crate::schedule::expressions::{negate, quotient, sum, turned};
 use crate::schedule::items::{Edge, Item, ItemId, Items};
-use crate::schedule::meanings::{Meanings, STATES};
+use crate::schedule::meanings::{Inputs, Meanings, STATES};
 use crate::schedule::names::{self, Taken};
 use crate::schedule::rows::{self, Negated, Rows, Scaled};
 use crate::schedule::turns;
@@ -63,6 +63,7 @@ pub(super) fn build(
         flipped,
         assigned,
         meanings,
+        inputs: if meanings.is_empty() { Inputs::default() } else { meanings.inputs(signature) },
         stores,
         values: vec![None; count],
         variables: Vec::new(),
@@ -203,6 +204,8 @@ pub(super) struct Builder<'a> {
     /// The names of items that are known before their statements.
     assigned: Vec<Option<String>>,
     meanings: &'a Meanings,
+    /// The entries of arguments at each state of the meanings.
+    inputs: Inputs,
     /// The outputs equal to an item or its negative; they are stored when the item is computed.
     stores: FxHashMap<ItemId, Vec<(Output, Edge)>>,
     /// The outputs already stored.
@@ -457,7 +460,7 @@ impl Builder<'_> {
             return None;
         }
         let values: [Option<Value<f64>>; STATES] = std::array::from_fn(|state| {
-            let input = |slot| self.meanings.input(self.signature, slot)[state];
+            let input = |slot| self.inputs[&slot][state];
             eval::evaluate(value, &self.values_at[state], &input)
         });
         for (all, value) in self.values_at.iter_mut().zip(&values) {

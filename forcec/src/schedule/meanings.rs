@@ -20,6 +20,9 @@ pub(super) const STATES: usize = 16;
 /// The value of an expression at each state.
 pub(super) type Values = [Value<f64>; STATES];
 
+/// The values of the entries of arguments at each state.
+pub(super) type Inputs = FxHashMap<Slot, [f64; STATES]>;
+
 /// The names of values.
 #[derive(Default)]
 pub struct Meanings {
@@ -70,22 +73,18 @@ impl Meanings {
         meanings
     }
 
-    /// The values of an argument's entry; NaN if the vocabulary has no such entry.
-    pub(super) fn input(&self, signature: &Signature, slot: Slot) -> [f64; STATES] {
-        match signature.known(slot) {
+    /// The values of every entry of a signature's arguments; NaN for those that the vocabulary does not have.
+    pub(super) fn inputs(&self, signature: &Signature) -> Inputs {
+        let values = |slot: Slot| match signature.known(slot) {
             Some(value) => [value.to_f64(); STATES],
             None => self.inputs.get(&signature.slot_name(slot)).copied().unwrap_or([f64::NAN; STATES]),
-        }
+        };
+        Places::new(signature).slots().map(|slot| (slot, values(slot))).collect()
     }
 
     /// The values of every node of a graph.
     fn values(&self, signature: &Signature, graph: &Graph) -> Vec<Values> {
-        let mut inputs: FxHashMap<Slot, [f64; STATES]> = FxHashMap::default();
-        for (_, node) in graph.iter() {
-            for slot in node.slots() {
-                inputs.entry(slot).or_insert_with(|| self.input(signature, slot));
-            }
-        }
+        let inputs = self.inputs(signature);
         let states: [Vec<Value<f64>>; STATES] =
             std::array::from_fn(|state| eval::values(graph, &|slot| inputs[&slot][state]));
         (0..graph.len()).map(|index| states.each_ref().map(|values| values[index].clone())).collect()

@@ -8,6 +8,7 @@ use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::math::number::Comparison;
 use crate::model::bodies::{Role, Slot};
+use crate::names::values::flat;
 use crate::vector::{Graph, Node, Vector};
 use std::collections::BTreeMap;
 
@@ -191,7 +192,7 @@ impl<'g> Formulas<'g> {
             let name = if vector { signature.whole_name(slot) } else { signature.slot_name(slot) };
             return match self.dialect {
                 Dialect::Text => name,
-                Dialect::Latex => self.spell_name(&name.replace(['.', '['], "_").replace(']', ""), vector),
+                Dialect::Latex => self.spell_name(&flat(&name), vector),
             };
         };
         let body = &signature.bodies[slot.argument as usize].name;

@@ -6,7 +6,7 @@
 
 use crate::math::exact::Exact;
 use crate::math::functions::{Function, FunctionDomain};
-use crate::math::number::{Comparison, Number};
+use crate::math::number::{Comparison, Number, power};
 use crate::model::bodies::Slot;
 use crate::sample::inputs::Places;
 use crate::vector::{Graph, Node, Real};
@@ -440,8 +440,8 @@ impl<'g, N: Number> Source<'g, N> {
                     product = Some(match (product, *n) {
                         // x/y is a single division.
                         (Some(product), -1) => product / real!(x),
-                        (Some(product), n) => product * power(real!(x), n),
-                        (None, n) => power(real!(x), n),
+                        (Some(product), n) => product * powi(real!(x), n),
+                        (None, n) => powi(real!(x), n),
                     });
                 }
                 Value::Real(product.unwrap_or_else(|| N::exact(&Exact::ONE)))
@@ -505,24 +505,9 @@ impl<'g, N: Number> Source<'g, N> {
 }
 
 /// xⁿ
-fn power<N: Number>(x: N, n: i32) -> N {
-    let one = || N::exact(&Exact::ONE);
-    let mut product: Option<N> = None;
-    let (mut square, mut rest) = (x, n.unsigned_abs());
-    while rest > 0 {
-        if rest % 2 == 1 {
-            product = Some(match product {
-                Some(product) => product * square.clone(),
-                None => square.clone(),
-            });
-        }
-        rest /= 2;
-        if rest > 0 {
-            square = square.clone() * square;
-        }
-    }
-    let product = product.unwrap_or_else(one);
-    if n < 0 { one() / product } else { product }
+fn powi<N: Number>(x: N, n: i32) -> N {
+    let power = power(x, n.unsigned_abs());
+    if n < 0 { N::exact(&Exact::ONE) / power } else { power }
 }
 
 pub(crate) fn dot<N: Number>(u: &[N; 3], v: &[N; 3]) -> N {

@@ -239,7 +239,7 @@ fn forces(
     for (path, source) in found.sources {
         let checked = syntax::parse(&source).and_then(|file| {
             let known = |_: &ast::Function| Specialization::default();
-            Ok((check_knowing(&file, &known, wanted)?, file))
+            Ok((check_knowing(&file, &known, wanted, false)?, file))
         });
         match checked {
             Ok((checked, file)) => {
