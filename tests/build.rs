@@ -1,5 +1,6 @@
 //! Writes the file that `tests/originals.rs` includes: a table of the library's functions and kernels, called with flat
 //! lists of reals; the functions of some files again, over dual numbers; and random functions, as texts and as Rust.
+//! Writes the file that `tests/lanes.rs` includes: its checks of each kernel of the library.
 //!
 //! Rust's types require two changes of a function's text: a literal becomes a dual number, and `a * b` becomes
 //! `times(a, b)`, because nalgebra multiplies only its own reals from the left.
@@ -31,6 +32,7 @@ fn main() {
     paths.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
     paths.sort();
     let (mut rows, mut duals, mut modules) = (Vec::new(), Vec::new(), Vec::new());
+    let mut checks = Vec::new();
     for path in paths {
         let text = std::fs::read_to_string(&path).expect("readable");
         let file = syn::parse_file(&text).expect("Rust");
@@ -38,6 +40,10 @@ fn main() {
         let module = format_ident!("{stem}");
         let library = quote!(forcec_constraints::#module);
         let forces: Vec<Force> = file.items.iter().filter_map(Force::read).collect();
+        checks.extend(forces.iter().map(|force| {
+            let (double, single) = (&force.name, format_ident!("{}_f32", force.name));
+            quote!(check::<#library::#double::Output, #library::#single::Output>)
+        }));
         rows.extend(forces.iter().map(|force| force.row(&library)));
         if DIFFERENTIATED.contains(&stem.as_str()) {
             duals.extend(forces.iter().map(|force| force.dual(&quote!(#module))));
@@ -70,9 +76,13 @@ fn main() {
         fn duals() -> Vec<Differentiated> { vec![#(#duals),*] }
         #(#modules)*
     };
-    let file = syn::parse2(text).expect("Rust");
-    std::fs::write(out.join("originals.rs"), prettyplease::unparse(&file))
-        .expect("the build folder can be written");
+    let count = checks.len();
+    let checks = quote!(const CHECKS: [fn(); #count] = [#(#checks),*];);
+    for (name, text) in [("originals.rs", text), ("lanes.rs", checks)] {
+        let file = syn::parse2(text).expect("Rust");
+        std::fs::write(out.join(name), prettyplease::unparse(&file))
+            .expect("the build folder can be written");
+    }
 }
 
 /// A force function.

@@ -4,6 +4,8 @@
 
 use crate::derive::derive;
 use crate::kernel::{Kernel, Once, Preparation};
+use crate::layout::Lanes;
+use crate::layout::anchors::anchored;
 use crate::lower::MOST_OPERATIONS;
 use crate::lower::vocabulary::vocabulary;
 use crate::math::exact::Exact;
@@ -133,8 +135,17 @@ pub(crate) fn elaborated(
 /// Compiles checked functions, unless the options of one contradict the function.
 pub(crate) fn compile_all(
     file: &syntax::ast::File,
-    mut functions: Vec<Asked>,
+    functions: Vec<Asked>,
 ) -> Result<Vec<Stages>, Diagnostics> {
+    let functions = optimize_all(file, functions)?;
+    Ok(functions.into_iter().map(|function| function.stages(file)).collect())
+}
+
+/// Derives and optimizes checked functions, unless the options of one contradict the function.
+pub(crate) fn optimize_all(
+    file: &syntax::ast::File,
+    mut functions: Vec<Asked>,
+) -> Result<Vec<Unscheduled>, Diagnostics> {
     let (mut errors, mut arguments) = (Vec::new(), Vec::new());
     for Asked { definition, request, .. } in &functions {
         errors.extend(misfits(file, definition, request, &functions));
@@ -150,8 +161,8 @@ pub(crate) fn compile_all(
     for (Asked { definition, .. }, extras) in functions.iter_mut().zip(arguments) {
         definition.graph.signature.extras = extras;
     }
-    let functions: Result<Vec<Stages>, Diagnostic> =
-        functions.into_iter().map(|asked| stages(file, asked)).collect();
+    let functions: Result<Vec<Unscheduled>, Diagnostic> =
+        functions.into_iter().map(Unscheduled::new).collect();
     functions.map_err(|error| Diagnostics::new(file.source.clone(), vec![error]))
 }
 
@@ -218,28 +229,31 @@ pub(crate) fn unknown<'f>(
     unknown.map(error).collect()
 }
 
-/// An error if outputs need a value but the law is a force, or need multipliers but it is not a constraint.
+/// An error if outputs need a value but the law is a force, or need rows but it is not a constraint.
 pub(crate) fn valueless(definition: &Definition, outputs: &[Part]) -> Option<Diagnostic> {
     let pulls = outputs.iter().find(|part| part.row().of_constraints);
     if let Some(part) = pulls.filter(|_| !definition.law.has_multipliers()) {
-        let message = format!("`{}` has no multipliers, and so no `{}`", definition.name, part.name());
+        let message = format!("`{}` is not a constraint, and so has no `{}`", definition.name, part.name());
         return Some(
             Diagnostic::error(definition.span, message, "only constraints have")
-                .help("name the constraints with `--only`, or ask for `matrix`"),
+                .help("name the constraints with `--only`, or leave this output out"),
         );
     }
-    let wanted = outputs.iter().any(|part| part.row().rows == Axis::Row);
-    (wanted && definition.law.rows() == 0).then(|| {
-        let message = format!("the force `{}` has neither value nor jacobian", definition.name);
+    let wanted = outputs.iter().find(|part| part.row().rows == Axis::Row);
+    wanted.filter(|_| definition.law.rows() == 0).map(|part| {
+        let message = format!("the force `{}` has no `{}`", definition.name, part.name());
         Diagnostic::error(definition.span, message, "only constraints and energies have")
             .help("name the other functions with `--only`, or ask for `force`, `dfdx` and `dfdv`")
     })
 }
 
 /// The kernel for these precisions, with unrepresentable numbers split up; or an error if that is impossible.
-pub(crate) fn fitted(function: &Stages, precisions: &[Precision]) -> Result<Kernel, Diagnostic> {
-    let mut kernel = function.kernel.clone();
-    let definition = &function.definition;
+pub(crate) fn fitted(
+    definition: &Definition,
+    kernel: &Kernel,
+    precisions: &[Precision],
+) -> Result<Kernel, Diagnostic> {
+    let mut kernel = kernel.clone();
     for &precision in precisions {
         let signature = &definition.graph.signature;
         let known = signature.parameters.iter().chain(&signature.extras);
@@ -322,52 +336,73 @@ fn extras(
     Ok(extras)
 }
 
-/// Compiles one function through all stages; a kernel that is too long is an error.
-fn stages(file: &syntax::ast::File, asked: Asked) -> Result<Stages, Diagnostic> {
-    let started = Instant::now();
-    let Asked { definition, source, request } = asked;
-    let plan = request.plan;
-    let derive = |formulation| derive(&definition, request.parts(), formulation);
-    let optimized = optimize(derive, plan, Some(&source));
-    let optimized = optimized.ok_or_else(|| {
-        let label = format!("its kernel has more than {MOST_OPERATIONS} operations");
-        Diagnostic::error(definition.span, "the function is too large", label)
-            .help("shorten the ranges of its loops, or split it into several force functions")
-    })?;
-    let vocabulary = vocabulary(derive(FORMULATIONS[0]), MOST_OPERATIONS);
-    let meanings = Meanings::new(&vocabulary, definition.law.has_multipliers());
-    let style = Style {
-        strict: plan.mode == Mode::Strict,
-        fma: plan.fma,
-        single: request.lanes > 1,
-        adds: request.layout.row().adds,
-    };
-    let laid = request.layout.lay(&optimized.program, definition.symmetric());
-    let program = laid.as_ref().map_or(&optimized.program, |(program, _)| program);
-    let (schedule, preparation) = if request.prepare {
-        prepared(program, style, &meanings)
-    } else {
-        (schedule(program, style, &meanings), Preparation::Unasked)
-    };
-    let time = started.elapsed();
-    let kernel = Kernel {
-        name: format!(
-            "{}{}{}",
-            definition.name,
-            request.known.suffix(&definition.graph.signature),
-            request.layout.suffix(request.lanes)
-        ),
-        docs: definition.docs.clone(),
-        formulas: formulas(&definition),
-        schedule,
-        layout: request.layout,
-        packing: laid.map(|(_, packing)| packing),
-        lanes: request.lanes,
-        preparation,
-    };
-    let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
-    let Optimized { program, formulation, report } = optimized;
-    Ok(Stages { ast, definition, source, program, formulation, report, kernel, time })
+/// An optimized function, from which kernels for any number of instances can be scheduled.
+pub(crate) struct Unscheduled {
+    pub(crate) definition: Definition,
+    source: Definition,
+    request: Request,
+    optimized: Optimized,
+    meanings: Meanings,
+    time: Duration,
+}
+
+impl Unscheduled {
+    /// Derives and optimizes a function; a kernel that is too long is an error.
+    fn new(asked: Asked) -> Result<Unscheduled, Diagnostic> {
+        let started = Instant::now();
+        let Asked { definition, source, request } = asked;
+        let derive = |formulation| derive(&definition, request.parts(), formulation);
+        let optimized = optimize(derive, request.plan, Some(&source));
+        let optimized = optimized.ok_or_else(|| {
+            let label = format!("its kernel has more than {MOST_OPERATIONS} operations");
+            Diagnostic::error(definition.span, "the function is too large", label)
+                .help("shorten the ranges of its loops, or split it into several force functions")
+        })?;
+        let vocabulary = vocabulary(derive(FORMULATIONS[0]), MOST_OPERATIONS);
+        let meanings = Meanings::new(&vocabulary, definition.law.has_multipliers());
+        Ok(Unscheduled { definition, source, request, optimized, meanings, time: started.elapsed() })
+    }
+
+    /// The kernel for this number of instances.
+    pub(crate) fn kernel(&self, lanes: Lanes) -> Kernel {
+        let Unscheduled { definition, request, optimized, meanings, .. } = self;
+        let style = Style {
+            strict: request.plan.mode == Mode::Strict,
+            fma: request.plan.fma,
+            single: !lanes.is_one(),
+            adds: request.layout.row().adds,
+        };
+        let laid = request.layout.lay(&optimized.program, definition.symmetric());
+        let program = laid.as_ref().map_or(&optimized.program, |(program, _)| program);
+        let (schedule, preparation) = if request.prepare {
+            prepared(program, style, meanings)
+        } else {
+            (schedule(program, style, meanings), Preparation::Unasked)
+        };
+        let known = request.known.suffix(&definition.graph.signature);
+        Kernel {
+            name: format!("{}{known}{}", definition.name, request.layout.suffix(lanes)),
+            docs: definition.docs.clone(),
+            formulas: formulas(definition),
+            schedule,
+            layout: request.layout,
+            packing: laid.map(|(_, packing)| packing),
+            anchored: anchored(&optimized.program),
+            lanes,
+            preparation,
+        }
+    }
+
+    /// All stages of the requested kernel.
+    fn stages(self, file: &syntax::ast::File) -> Stages {
+        let started = Instant::now();
+        let kernel = self.kernel(Lanes::of(self.request.lanes));
+        let Unscheduled { definition, source, optimized, time, .. } = self;
+        let time = time + started.elapsed();
+        let Optimized { program, formulation, report } = optimized;
+        let ast = file.function(&definition.name).map_or_else(String::new, ToString::to_string);
+        Stages { ast, definition, source, program, formulation, report, kernel, time }
+    }
 }
 
 /// The statements of a program, with values that depend on parameters alone computed once.

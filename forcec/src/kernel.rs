@@ -1,6 +1,6 @@
 //! The input of the targets: scheduled kernels, and the file that contains them.
 
-use crate::layout::{Layout, Packing};
+use crate::layout::{Lanes, Layout, Packing};
 use crate::math::exact::Exact;
 use crate::math::number::Number;
 pub use crate::math::number::Precision;
@@ -25,8 +25,10 @@ pub struct Kernel {
     pub layout: Layout,
     /// The map from outputs to stored entries; `None` if outputs are stored as full arrays.
     pub packing: Option<Packing>,
+    /// Whether its rows are the difference of two anchors; `None` if it does not compute J.
+    pub anchored: Option<bool>,
     /// Number of instances that it computes at once.
-    pub lanes: usize,
+    pub lanes: Lanes,
     /// Whether it gets precomputed values in place of parameters.
     pub preparation: Preparation,
 }
@@ -120,7 +122,8 @@ impl Kernel {
             schedule,
             layout: Layout::Dense,
             packing: None,
-            lanes: 1,
+            anchored: None,
+            lanes: Lanes::One,
             preparation: Preparation::Unasked,
         }
     }
@@ -196,7 +199,12 @@ impl Kernel {
             nonzero, self.schedule.distinct
         ));
         lines.extend(self.packing.iter().flat_map(|packing| &packing.remarks).cloned());
-        if self.lanes > 1 {
+        if self.anchored == Some(true) {
+            lines.push(
+                "Anchored: J is ±(I, −[r]×) for a rigid body, r its arm; ±I for a particle.".to_owned(),
+            );
+        }
+        if !self.lanes.is_one() {
             lines.push(format!("{} instances at once; operations are those of one.", self.lanes));
         }
         lines

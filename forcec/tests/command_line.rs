@@ -885,9 +885,17 @@ fn only_constraints_have_multipliers() {
                 multipliers - p.position.norm_squared()\n}\n";
     place.write("rope.rs", rope).write("spring.rs", SPRING);
     let wrong = place.refused("build spring.rs --out never --outputs held_matrix");
-    assert_has(&wrong, &["`spring` has no multipliers, and so no `held_matrix`", "only constraints have"]);
+    assert_has(
+        &wrong,
+        &["`spring` is not a constraint, and so has no `held_matrix`", "only constraints have"],
+    );
     place.succeeds("check rope.rs --outputs force,multiplier,multiplier_step,held_matrix");
     place.succeeds("check rope.rs --outputs held_matrix --set step=1");
+    place.succeeds("check rope.rs --outputs value,rate,jacobian,drift,held_matrix,pull,geometric");
+    let wrong = place.refused("build spring.rs --out never --outputs drift,pull,geometric");
+    assert_has(&wrong, &["`spring` is not a constraint, and so has no `drift`"]);
+    place.succeeds("build rope.rs --out value --outputs value");
+    assert!(!place.read("value/rope.h").contains(" rate["), "the value comes without its rate");
     place.succeeds("build rope.rs --out o --outputs multiplier,held_matrix --lanes 4");
     assert_has(&place.read("o/rope_x4.h"), &["held_matrix[3][3][4]", "const double multipliers[1][4]"]);
     place.write("tie.rs", "#[constraint]\npub fn tie(p: Particle) -> Vec3 {\n    p.position\n}\n");

@@ -14,7 +14,7 @@ use forcec::internals::layout::LAYOUTS;
 use forcec::internals::lint::{advise, render};
 use forcec::internals::math::functions::Function;
 use forcec::internals::model::bodies::{BODIES, BodyRow, Field, Role};
-use forcec::internals::model::outputs::{Axis, Part};
+use forcec::internals::model::outputs::{Axis, Part, PartRow};
 use forcec::internals::optimize::PASSES;
 use forcec::internals::rounding::observed::compare;
 use forcec::internals::rounding::upward;
@@ -271,16 +271,12 @@ fn bodies() -> String {
 
 /// The values of `--outputs`.
 fn outputs() -> String {
-    let row = |(name, parts): &(&str, &[Part])| {
+    let row = |row: &PartRow| {
         let axis = |axis: Axis| if axis == Axis::Row { "[m]" } else { "[N]" };
-        let field = |part: &Part| {
-            let row = part.row();
-            let shape = axis(row.rows).to_owned() + row.columns.map_or("", axis);
-            format!("{}: {}", code(&format!("{}{shape}", row.name)), row.summary)
-        };
-        vec![code(name), parts.iter().map(field).collect::<Vec<String>>().join("; ")]
+        let shape = axis(row.rows).to_owned() + row.columns.map_or("", axis);
+        vec![code(row.name), format!("{}: {}", code(&format!("{}{shape}", row.name)), row.summary)]
     };
-    table(&["output", "fields of `out`"], Part::CHOICES.iter().map(row))
+    table(&["output", "field of `out`"], Part::choices().map(row))
 }
 
 /// Bounds of rounding errors and the actual errors, for every kernel of the library.

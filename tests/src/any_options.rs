@@ -33,9 +33,8 @@ pub(crate) fn any_options(text: &str, draw: &mut dyn FnMut(usize) -> usize) -> O
         0 => options.layout = LAYOUTS[draw(LAYOUTS.len())].layout,
         1 => options.lanes = LANES[draw(LANES.len())],
         2 => {
-            let names: Vec<&str> =
-                (0..=draw(3)).map(|_| Part::CHOICES[draw(Part::CHOICES.len())].0).collect();
-            options.outputs = Part::chosen(names).unwrap_or_default();
+            let choices: Vec<Part> = Part::choices().map(|row| row.part).collect();
+            options.outputs = Part::in_order((0..=draw(3)).map(|_| choices[draw(choices.len())]).collect());
         }
         _ => {}
     }

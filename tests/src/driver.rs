@@ -7,7 +7,7 @@
 //! a field in the wrong order causes an error.
 
 use forcec::internals::kernel::{File, Kernel, Precision, Target};
-use forcec::internals::layout::Place;
+use forcec::internals::layout::{Lanes, Place};
 use forcec::internals::model::bodies::{Body, ParameterType, Signature};
 use forcec::internals::model::outputs::{Array, Part};
 use forcec::internals::names::{Arguments, kernel_name};
@@ -102,6 +102,14 @@ static void give_f32(const void *from, size_t bytes)
 }
 ";
 
+/// The number of instances per call of a kernel.
+fn count(kernel: &Kernel) -> usize {
+    match kernel.lanes {
+        Lanes::Several(count) => count,
+        _ => 1,
+    }
+}
+
 /// A C program that calls the kernels of one file at `states` states each. A kernel for several instances
 /// gets several states per call, and unused lanes are filled with poison. Results in another layout are moved
 /// to their dense positions. A kernel that adds to its output is called twice.
@@ -114,7 +122,7 @@ pub fn c(file: &File, states: usize) -> String {
             let real = if precision == Precision::F64 { "double" } else { "float" };
             let named = |part: &str| kernel_name(&kernel.name, Target::C, &format!("{part}_{precision}"));
             let (name, parameters, results) = (named(""), named("_params"), named("_out"));
-            let (lanes, lengths) = (kernel.lanes, argument_lengths(signature));
+            let (lanes, lengths) = (count(kernel), argument_lengths(signature));
             let several = if lanes > 1 { format!("x{lanes}") } else { String::new() };
             let mut types: Vec<String> = Vec::new();
             let bodies = signature.bodies.iter().map(|body| body.kind.row().c_name);
@@ -290,7 +298,7 @@ pub fn rust(file: &File, states: usize) -> String {
     for kernel in &file.kernels {
         for &precision in &file.precisions {
             let signature = kernel.given();
-            let (lanes, lengths) = (kernel.lanes, argument_lengths(signature));
+            let (lanes, lengths) = (count(kernel), argument_lengths(signature));
             let named = |suffix| kernel_name(&kernel.name, Target::Rust, suffix);
             let several = if lanes > 1 { format!("X{lanes}") } else { String::new() };
             let (module, suffix) = match precision {

@@ -85,13 +85,13 @@ pub fn special() -> Vec<ForceFile> {
     let set = ["arm_b=[0, -0.3, 0.5]", "damping=0.7", "stiffness=20"];
     let set = set.map(|text| Specialization::parse_value(text).expect("a value")).to_vec();
     let known = Specialization { fixed: vec!["b".to_owned()], set };
-    let values = Part::chosen(["value", "jacobian", "dfdv"]).expect("names of results");
+    let values = Part::chosen(["value", "rate", "jacobian", "dfdv"]).expect("names of results");
     let requests = [
         ("joints", Request { known, ..Request::default() }),
         ("springs", Request { outputs: values.clone(), ..Request::default() }),
         ("solids", Request { outputs: values, ..Request::default() }),
         ("contacts", Request { outputs: vec![Part::Force], ..Request::default() }),
-        ("cloth", Request { outputs: HELD.to_vec(), ..Request::default() }),
+        ("cloth", Request { outputs: held(), ..Request::default() }),
     ];
     requests.map(|(stem, request)| requested(stem, request)).into()
 }
@@ -122,13 +122,13 @@ pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
     let ways = ways.chain(prepared.map(|way| (way, true)));
     let requests =
         ways.map(|((layout, lanes), prepare)| Request { layout, lanes, prepare, ..Request::default() });
-    let held = [(Layout::Accumulate, 1), (Layout::Packed, 4), (Layout::Dense, 8)]
-        .map(|(layout, lanes)| Request { layout, lanes, outputs: HELD.to_vec(), ..Request::default() });
-    let requests = requests.filter(|request| request.conflict().is_none()).chain(held);
+    let of_constraints = [(Layout::Accumulate, 1), (Layout::Packed, 4), (Layout::Dense, 8)]
+        .map(|(layout, lanes)| Request { layout, lanes, outputs: held(), ..Request::default() });
+    let requests = requests.filter(|request| request.conflict().is_none()).chain(of_constraints);
     let constraints = constraints(&source);
     parallel(requests.collect(), |request: Request| {
         let chosen = |name: &str| KINDS.iter().any(|(_, names)| names.contains(&name));
-        let held = request.outputs == HELD;
+        let held = request.outputs == held();
         let wanted = |name: &str| match held {
             true => chosen(name) && constraints.iter().any(|own| own == name),
             false => chosen(name) || name == LONG && request.lanes == 1,
@@ -149,8 +149,11 @@ pub fn laid_out() -> Vec<(ForceFile, &'static [Precision])> {
     })
 }
 
-/// Results that only constraints have, besides F.
-const HELD: [Part; 4] = [Part::Multiplier, Part::Force, Part::MultiplierStep, Part::Held];
+/// The results that only constraints have, and F.
+fn held() -> Vec<Part> {
+    let own = Part::choices().filter(|row| row.of_constraints || row.part == Part::Force);
+    own.map(|row| row.part).collect()
+}
 
 /// The constraints of a text, by name.
 fn constraints(source: &Source) -> Vec<String> {

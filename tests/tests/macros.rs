@@ -39,8 +39,8 @@ fn kernels(items: &[syn::Item], found: &mut BTreeMap<String, String>) {
     for item in items {
         let syn::Item::Mod(module) = item else { continue };
         // The items that a world needs in addition belong to another request.
-        let others = ["forcec_values", "forcec_loads", "forcec_steps"];
-        if others.iter().any(|other| module.ident == other) {
+        let others = ["values", "loads", "lane_loads", "lane_rows", "saddles", "steps"];
+        if others.iter().any(|other| module.ident == format!("forcec_{other}")) {
             continue;
         }
         match module.vis {

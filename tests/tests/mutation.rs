@@ -1,17 +1,21 @@
 //! Checks of the check: a kernel with one flipped sign, at any place, fails, and the report names an entry. A
 //! sign whose flip changes no output at any of twenty states has no effect and is skipped.
 
-use forcec::internals::compile::Stages;
+use forcec::internals::compile::{Request, Stages};
 use forcec::internals::kernel::Precision;
+use forcec::internals::model::outputs::Part;
 use forcec::internals::scalar::Program;
 use forcec::internals::verify::probe::Probe;
 use forcec::internals::verify::{self, CheckOptions, Mutation, Subject};
 use forcec_tests::cases::{Case, Reference, cases};
-use forcec_tests::{library, parallel};
+use forcec_tests::{ForceFile, library, parallel, requested};
 
 /// Kernels of every kind: with rotations, with a norm, of several rows, one-sided, an energy, a force.
 const KERNELS: [&str; 8] =
     ["point_to_point", "spring", "hinge", "distance", "sphere_plane", "pin", "hinge_motor", "gravity"];
+
+/// The number of these in `joints` and `contacts` that are constraints: their rows are flipped, too.
+const ROWS: usize = 5;
 
 /// Limit on flipped signs per kernel; of more signs, this number is flipped, evenly spread.
 const MOST: usize = 150;
@@ -44,6 +48,8 @@ fn mutate(function: &Stages) -> Outcome {
     let states = cases(function, Precision::F64, Reference::Program);
     let subject = Subject { source: &function.source, program: &function.program };
     let probe = Probe::new(&subject);
+    let outputs = function.outputs();
+    let options = CheckOptions { seed: 1, states: 1 };
     let mutations = verify::mutations(&function.program);
     let stride = mutations.len().div_ceil(MOST);
     for mutation in mutations.into_iter().step_by(stride) {
@@ -53,11 +59,14 @@ fn mutate(function: &Stages) -> Outcome {
             continue;
         }
         let subject = Subject { source: &function.source, program: &mutant };
-        let report = verify::check(&subject, &CheckOptions { seed: 1, states: 1 });
+        let report = match outputs == Part::DEFAULT {
+            true => verify::check(&subject, &options),
+            false => verify::check_chosen(&subject, &[], &options),
+        };
         let named = report.worst_failure().map(|entry| entry.name.clone()).unwrap_or_default();
         if report.passed {
             outcome.problems.push(format!("{mutation:?} passes"));
-        } else if !["force[", "dfdx[", "dfdv["].iter().any(|array| named.starts_with(array)) {
+        } else if !outputs.iter().any(|part| named.starts_with(&format!("{part}["))) {
             outcome.problems.push(format!("{mutation:?} fails and names `{named}`"));
         } else if let Mutation::Output(output) = mutation
             && named != probe.name(output).1
@@ -72,13 +81,17 @@ fn mutate(function: &Stages) -> Outcome {
 
 #[test]
 fn a_flipped_sign_fails_the_check_and_is_named() {
-    let files = library();
+    let rows = ["value", "rate", "jacobian", "drift", "pull", "geometric"];
+    let rows = Part::chosen(rows).expect("names of results");
+    let rows = ["joints", "contacts"]
+        .map(|stem| requested(stem, Request { outputs: rows.clone(), ..Request::default() }));
+    let files: Vec<ForceFile> = library().into_iter().chain(rows).collect();
     let functions: Vec<&Stages> = files
         .iter()
         .flat_map(|file| &file.compiled.functions)
         .filter(|function| KERNELS.contains(&function.definition.name.as_str()))
         .collect();
-    assert_eq!(functions.len(), KERNELS.len(), "the library has every kernel");
+    assert_eq!(functions.len(), KERNELS.len() + ROWS, "the library has every kernel");
     let mut problems = 0;
     for outcome in parallel(functions, mutate) {
         eprintln!("{}: {} caught, {} harmless", outcome.kernel, outcome.caught, outcome.harmless);

@@ -4,7 +4,7 @@ use crate::cli::options::{Options, REAL};
 use crate::cli::{Failure, Input, Outcome, in_parallel, print, rounding};
 use crate::compile::{Request, Stages};
 use crate::kernel::Kernel;
-use crate::layout::Layout;
+use crate::layout::{Lanes, Layout};
 use crate::math::number::Precision;
 use crate::model::bodies::Slot;
 use crate::model::outputs::Part;
@@ -105,7 +105,7 @@ fn misplaced(function: &Stages, subject: &Subject) -> Option<String> {
     /// Statements may round in another order than the program.
     const SLACK: f64 = 4.0;
     let kernel = &function.kernel;
-    if (kernel.layout, kernel.lanes) == (Layout::Dense, 1) && kernel.once().is_none() {
+    if (kernel.layout, kernel.lanes) == (Layout::Dense, Lanes::One) && kernel.once().is_none() {
         return None;
     }
     let probe = Probe::new(subject);

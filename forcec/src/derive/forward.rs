@@ -61,8 +61,8 @@ pub struct TangentDerivatives {
     pub steps: Vec<StepMove>,
     /// The step h, if an output needs it.
     pub step: Option<Real>,
-    /// Maps an input to an earlier node whose derivatives the input has.
-    pub substituted: BTreeMap<u32, u32>,
+    /// Maps an input to an earlier node whose derivatives the input has; see [`TangentDerivatives::substitute`].
+    pub(super) substituted: BTreeMap<u32, u32>,
 }
 
 /// The limit on nodes that rows are formed backward through: a chain of n factors passes each factor n times.
@@ -95,6 +95,13 @@ impl TangentDerivatives {
             step: None,
             substituted,
         }
+    }
+
+    /// From now on, gives inputs the derivatives of earlier nodes, and other inputs their own.
+    pub fn substitute(&mut self, substituted: BTreeMap<u32, u32>) {
+        self.substituted = substituted;
+        self.memo.clear();
+        self.rows.clear();
     }
 
     /// The derivative of a real, as a row.

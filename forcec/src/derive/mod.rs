@@ -23,6 +23,7 @@ use crate::vector::definition::{Definition, Law, Row};
 use crate::vector::{Formulation, Graph, Node, Real, Truth, Vector};
 use rate::{Motion, Rates};
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// Σ coefficient · item
 pub type Combination<T> = Vec<(Exact, T)>;
@@ -45,10 +46,18 @@ pub struct Derived {
     pub pieces: [BTreeMap<Vector, Variable>; 2],
     /// The rows of C and their rates; E and its rate if an output has rows; empty for a force.
     pub rows: Vec<(Real, Real)>,
+    /// The rates of Ċ at constant velocities; empty unless an output needs them.
+    pub drifts: Vec<Real>,
+    /// The nodes that were made for the drifts.
+    pub drift_nodes: Range<usize>,
     /// λ of each row of C, and h λ.
     pub multipliers: Vec<(Real, Real)>,
-    /// h F with multipliers from an argument and the derivatives of λ; empty unless an output needs it.
+    /// Jᵀ λ̂ with multipliers λ̂ from an argument; empty unless an output needs it.
+    pub pull: Vec<(Block, Combination<Vector>)>,
+    /// h F with multipliers from an argument; empty unless an output needs it.
     pub held: Vec<(Block, Combination<Vector>)>,
+    /// Maps the multipliers in `held` to the nodes of λ, whose derivatives they have there.
+    pub substituted: BTreeMap<u32, u32>,
     /// For each block, the variables of a time step, which moves the pose by h w and the velocity by w.
     pub steps: Vec<(Block, Combination<Variable>)>,
     /// The requested ones of h F + h² ∂F/∂X V, ∂F/∂X p and ∂F/∂V p, per block.
@@ -156,6 +165,14 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
             }
         }
     }
+    let before_drifts = graph.len();
+    let drifts = if wanted.contains(&Part::Drift) {
+        let mut rates = Rates::new(&mut graph);
+        rows.iter().map(|(_, rate)| rates.real(*rate)).collect()
+    } else {
+        Vec::new()
+    };
+    let drift_nodes = before_drifts..graph.len();
     let difference_variables = difference_variables(
         &graph,
         reals
@@ -165,7 +182,9 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
             .chain(reals.iter().map(|r| r.1.index()).chain(vectors.iter().map(|v| v.1.index())))
             .chain(direct.values().map(|v| v.index())),
     );
-    let held = time.filter(|_| wanted.contains(&Part::Held)).map(|h| held.given(&mut graph, h));
+    let pulls = [Part::Pull, Part::Geometric].iter().any(|part| wanted.contains(part));
+    let pull = pulls.then(|| held.given(&mut graph));
+    let held = time.filter(|_| wanted.contains(&Part::Held)).map(|h| held.pushing(&mut graph, h));
     let multipliers: Vec<(Real, Real)> = match time {
         Some(h) => multipliers.into_iter().map(|x| (x, graph.mul(h, x))).collect(),
         None => multipliers.into_iter().map(|x| (x, x)).collect(),
@@ -205,9 +224,11 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
             forces.map(|(block, sum)| (*block, sum.iter().map(&mut scaled).collect())).collect()
         }
     };
-    let held = held.map_or_else(Vec::new, |Substitution { reals, vectors, substituted }| {
-        tangent.substituted = substituted;
+    let pull = pull.map_or_else(Vec::new, |(reals, vectors)| {
         shares(&pose, &gradient(&mut tangent, &reals, &vectors, &variables))
+    });
+    let (held, substituted) = held.map_or_else(Default::default, |((reals, vectors), substituted)| {
+        (shares(&pose, &gradient(&mut tangent, &reals, &vectors, &variables)), substituted)
     });
     let steps = tangent.step_with(time, &pose, &velocity);
     let along = along(&mut tangent, wanted, &forces, &impulses, time);
@@ -221,8 +242,12 @@ pub fn derive(definition: &Definition, wanted: &[Part], formulation: Formulation
         symmetric,
         pieces,
         rows,
+        drifts,
+        drift_nodes,
         multipliers,
+        pull,
         held,
+        substituted,
         steps,
         along,
         stated,
@@ -301,41 +326,39 @@ struct FixedMultipliers {
     vectors: Vec<(Vector, Vector, usize)>,
 }
 
-/// Rows of C, each with −h times its given multiplier; `substituted` maps given multipliers to nodes of λ.
-struct Substitution {
-    reals: Vec<(Real, Real)>,
-    vectors: Vec<(Vector, Vector)>,
-    substituted: BTreeMap<u32, u32>,
-}
+/// Rows of C, each with an adjoint.
+type Adjoints = (Vec<(Real, Real)>, Vec<(Vector, Vector)>);
 
 impl FixedMultipliers {
-    /// Replaces λ by the given multipliers.
-    fn given(self, graph: &mut Graph, h: Real) -> Substitution {
-        let mut given = Substitution { reals: Vec::new(), vectors: Vec::new(), substituted: BTreeMap::new() };
+    /// The rows of C, each with its given multiplier: their gradient is Jᵀ λ̂.
+    fn given(&self, graph: &mut Graph) -> Adjoints {
         let slot = |graph: &Graph, number: usize| {
-            graph
-                .signature
-                .extra_slot("multipliers", number as u32)
-                .expect("an output that needs this argument was requested")
+            let slot = graph.signature.extra_slot("multipliers", number as u32);
+            slot.expect("an output that needs this argument was requested")
         };
-        for (c, pull, active, number) in self.reals {
-            let slot = slot(graph, number);
-            let mut own = graph.entry(slot);
-            given.substituted.insert(own.0, pull.0);
-            if let Some(active) = active {
-                own = where_true(graph, active, own);
-            }
+        let reals = self.reals.iter().map(|(c, .., number)| (*c, graph.entry(slot(graph, *number))));
+        let reals = reals.collect();
+        let vectors = self.vectors.iter().map(|(c, _, number)| (*c, graph.triple(slot(graph, *number))));
+        (reals, vectors.collect())
+    }
+
+    /// The rows of C, each with −h times its given multiplier, zero for an inactive row; and a map from given
+    /// multipliers to the nodes of λ.
+    fn pushing(&self, graph: &mut Graph, h: Real) -> (Adjoints, BTreeMap<u32, u32>) {
+        let (mut reals, mut vectors) = self.given(graph);
+        let mut substituted = BTreeMap::new();
+        for ((_, adjoint), (_, pull, active, _)) in reals.iter_mut().zip(&self.reals) {
+            substituted.insert(adjoint.0, pull.0);
+            let own = active.map_or(*adjoint, |active| where_true(graph, active, *adjoint));
             let push = graph.mul(h, own);
-            given.reals.push((c, graph.neg(push)));
+            *adjoint = graph.neg(push);
         }
-        for (c, multiplier, number) in self.vectors {
-            let slot = slot(graph, number);
-            let own = graph.triple(slot);
-            given.substituted.insert(own.0, multiplier.0);
-            let push = graph.scale(h, own);
-            given.vectors.push((c, graph.vector_neg(push)));
+        for ((_, adjoint), (_, multiplier, _)) in vectors.iter_mut().zip(&self.vectors) {
+            substituted.insert(adjoint.0, multiplier.0);
+            let push = graph.scale(h, *adjoint);
+            *adjoint = graph.vector_neg(push);
         }
-        given
+        ((reals, vectors), substituted)
     }
 }
 

@@ -6,7 +6,7 @@
 use crate::compile::{self, Compiled, Request};
 use crate::emit;
 use crate::kernel::{File, Kernel, Precision, Target};
-use crate::layout::Layout;
+use crate::layout::{Lanes, Layout};
 use crate::names::{defined_for, is_module};
 use crate::options::specialize::Specialization;
 use crate::source::diagnostic::{Diagnostic, Diagnostics};
@@ -75,7 +75,7 @@ impl Unit {
         let stem = self.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let (mut kernels, mut errors) = (Vec::new(), Vec::new());
         for function in &self.compiled.functions {
-            match compile::fitted(function, precisions) {
+            match compile::fitted(&function.definition, &function.kernel, precisions) {
                 Ok(kernel) => kernels.push(kernel),
                 Err(error) => errors.push(error),
             }
@@ -94,7 +94,7 @@ pub(crate) fn by_layout(
     kernels: impl Iterator<Item = Kernel>,
     precisions: &[Precision],
 ) -> Vec<File> {
-    let mut groups: BTreeMap<(Layout, usize), Vec<Kernel>> = BTreeMap::new();
+    let mut groups: BTreeMap<(Layout, Lanes), Vec<Kernel>> = BTreeMap::new();
     for kernel in kernels {
         groups.entry((kernel.layout, kernel.lanes)).or_default().push(kernel);
     }

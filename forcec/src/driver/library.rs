@@ -139,7 +139,7 @@ pub fn compile(source: &str, options: &Options) -> Result<Compiled, Diagnostics>
         return Err(Diagnostics::new(source, unknown));
     }
     let kernels = compiled.functions.iter().map(|function| {
-        let kernel = crate::compile::fitted(function, &[options.real])?;
+        let kernel = crate::compile::fitted(&function.definition, &function.kernel, &[options.real])?;
         let text = crate::emit::kernel(&kernel, options.target, options.real);
         Ok((kernel.name, text))
     });

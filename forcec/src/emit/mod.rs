@@ -11,6 +11,7 @@ mod routine;
 pub mod rust;
 
 use crate::kernel::{File, Kernel, Precision, Target};
+use crate::layout::Lanes;
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{Body, BodyKind, BodyRow, Field, ParameterType, Role, Signature, Slot, indices};
@@ -96,7 +97,7 @@ fn spelled(template: &str, precision: Precision) -> String {
 }
 
 /// A slot as an expression: `a->position[2]`, `params->m[0][1]`; `arrow` joins an argument and its field.
-fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str, lanes: usize) -> String {
+fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str, lanes: Lanes) -> String {
     let argument = slot.argument as usize;
     let lane = lane(lanes);
     let Some(parameter) = signature.parameter(slot) else {
@@ -117,8 +118,8 @@ fn slot_path(signature: &Signature, names: &Arguments, slot: Slot, arrow: &str, 
 }
 
 /// The suffix of a place that has one value per instance.
-fn lane(lanes: usize) -> &'static str {
-    if lanes > 1 { "[lane]" } else { "" }
+fn lane(lanes: Lanes) -> &'static str {
+    if lanes.is_one() { "" } else { "[lane]" }
 }
 
 /// The statements of a kernel of several instances: those before the loop over instances, which clear, and
@@ -239,12 +240,16 @@ fn sentence(text: &str) -> String {
     format!("{first}{}.", letters.as_str())
 }
 
-/// The Rust name of a body type, of one instance or of several.
-pub(crate) fn rust_body(row: &BodyRow, precision: Precision, lanes: usize) -> String {
+/// The Rust name of a body type, of one instance or of several; the runtime defines the type of any number of
+/// instances, for any precision.
+pub(crate) fn rust_body(row: &BodyRow, precision: Precision, lanes: Lanes) -> String {
     let precise = match precision {
         Precision::F64 => "",
         Precision::F32 => "F32",
     };
-    let several = if lanes > 1 { format!("X{lanes}") } else { String::new() };
-    format!("{}{precise}{several}", row.name)
+    match lanes {
+        Lanes::One => format!("{}{precise}", row.name),
+        Lanes::Several(count) => format!("{}{precise}X{count}", row.name),
+        Lanes::Generic => format!("{}Lanes", row.name),
+    }
 }

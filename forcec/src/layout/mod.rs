@@ -5,6 +5,9 @@
 //! does not depend on layouts. The storage is decided after optimising: stored outputs replace the outputs of
 //! the optimised program, and are scheduled and printed like outputs.
 
+pub mod anchors;
+mod lanes;
+
 use crate::math::exact::Exact;
 use crate::model::outputs::{Array, Axis, Output, Part, Piece};
 use crate::names::values::flat;
@@ -12,6 +15,8 @@ use crate::scalar::{Graph, Id, Program};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
 use std::ops::Range;
+
+pub use lanes::Lanes;
 
 /// Numbers of instances that a kernel can compute at once.
 pub const LANES: [usize; 3] = [1, 4, 8];
@@ -144,9 +149,12 @@ impl Layout {
     }
 
     /// The suffix of the name of a kernel or file with this number of lanes: `_packed_x4`.
-    pub fn suffix(self, lanes: usize) -> String {
+    pub fn suffix(self, lanes: Lanes) -> String {
         let layout = if self == Layout::Dense { String::new() } else { format!("_{}", self.row().name) };
-        if lanes > 1 { format!("{layout}_x{lanes}") } else { layout }
+        match lanes {
+            Lanes::Several(count) => format!("{layout}_x{count}"),
+            _ => layout,
+        }
     }
 
     /// The suffixes of a kernel's name in the names of the tables in its C header.
@@ -156,8 +164,7 @@ impl Layout {
             Place::Triangle => "_triangle_f64",
             Place::Itself | Place::Bodies => return Vec::new(),
         };
-        let parts = Part::CHOICES.iter().flat_map(|(_, parts)| *parts);
-        parts.map(|part| format!("_{part}{table}")).collect()
+        Part::choices().map(|row| format!("_{}{table}", row.name)).collect()
     }
 
     /// The program with the stored outputs of this layout, and the map back; `None` if the layout changes

@@ -54,6 +54,7 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
             Part::Value => derived.rows.iter().map(|(c, _)| lowering.real(*c)).collect(),
             Part::Rate => derived.rows.iter().map(|(_, rate)| lowering.real(*rate)).collect(),
             Part::Jacobian => lowering.jacobian(derived.rows.iter().map(|(c, _)| *c), &derived.pose),
+            Part::Drift => derived.drifts.iter().map(|drift| lowering.real(*drift)).collect(),
             Part::Multiplier => derived.multipliers.iter().map(|(x, _)| lowering.real(*x)).collect(),
             Part::Force => match &returned {
                 Some(returned) => returned.clone(),
@@ -65,7 +66,14 @@ pub fn lower(derived: Derived, residual: bool, most: usize, source: Option<&Defi
             Part::MultiplierStep => {
                 lowering.jacobian(derived.multipliers.iter().map(|(_, x)| *x), &derived.steps)
             }
-            Part::Held => lowering.blocks(&derived.held, &derived.steps, None),
+            Part::Pull => lowering.forces(&derived.pull),
+            Part::Geometric => lowering.blocks(&derived.pull, &derived.pose, None),
+            Part::Held => {
+                lowering.tangent.substitute(derived.substituted.clone());
+                let blocks = lowering.blocks(&derived.held, &derived.steps, None);
+                lowering.tangent.substitute(BTreeMap::new());
+                blocks
+            }
             Part::Impulse | Part::DfdxProduct | Part::DfdvProduct => lowering.forces(&derived.along[&part]),
             Part::List(_) | Part::Block(_) => unreachable!("entries are packed after optimising"),
         };

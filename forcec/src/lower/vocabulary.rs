@@ -12,6 +12,7 @@ use crate::model::bodies::{Role, Signature, Slot};
 use crate::names::values::{ValueName, difference_name, entry_name, flat, whole_name};
 use crate::scalar::{Graph, Id};
 use crate::vector::{Node, Real, Vector};
+use std::ops::Range;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -40,7 +41,7 @@ pub fn vocabulary(derived: Derived, most: usize) -> Vocabulary {
     words.named();
     words.rotations();
     if derived.stated <= LONGEST_FUNCTION {
-        words.derivatives(&derived.rows, &derived.multipliers, &derived.pose);
+        words.derivatives(&derived.rows, &derived.multipliers, &derived.pose, &derived.drift_nodes);
         // The derivatives of the forces contribute the vectors that they are written with.
         for blocks in [&derived.pose, &derived.velocity] {
             words.lowering.blocks(&derived.forces, blocks, None);
@@ -103,8 +104,15 @@ impl Words {
     }
 
     /// Derivatives of the rows, of λ and of the author's values along the coordinates: `c_0_by_a_rx`; second
-    /// derivatives of the rows and of the author's reals: `length_by_a_x_b_y`.
-    fn derivatives(&mut self, rows: &[(Real, Real)], multipliers: &[(Real, Real)], pose: &Moves) {
+    /// derivatives of the rows and of the author's reals: `length_by_a_x_b_y`. Drifts are not differentiated: the
+    /// table of functions ends with the second derivatives of C.
+    fn derivatives(
+        &mut self,
+        rows: &[(Real, Real)],
+        multipliers: &[(Real, Real)],
+        pose: &Moves,
+        drifts: &Range<usize>,
+    ) {
         let coordinates = self.lowering.tangent.graph.signature.coordinate_names();
         let coordinates: Vec<String> = coordinates.iter().map(|name| flat(name)).collect();
         let number = |k: usize| if rows.len() == 1 { String::new() } else { format!("_{k}") };
@@ -117,7 +125,7 @@ impl Words {
         for (k, (multiplier, _)) in multipliers.iter().enumerate() {
             values.push((ValueName::plain(format!("lambda{}", number(k))), *multiplier, false));
         }
-        for index in 0..self.lowering.tangent.graph.len() {
+        for index in (0..self.lowering.tangent.graph.len()).filter(|index| !drifts.contains(index)) {
             let graph = &mut self.lowering.tangent.graph;
             let Some(name) = graph.name(index).map(ValueName::source) else { continue };
             match graph.node(index) {

@@ -10,10 +10,11 @@ mod places;
 mod plain;
 mod runtime;
 
-use crate::compile::{Asked, Stages, compile_all, elaborated, fitted};
+use crate::compile::{Asked, Stages, compile_all, elaborated, fitted, optimize_all};
 use crate::emit::rust::{body_type, kernel_module, module_name};
-use crate::kernel::Precision;
-use crate::layout::Layout;
+use crate::emit::rust_body;
+use crate::kernel::{Kernel, Precision};
+use crate::layout::{Lanes, Layout};
 use crate::macros::runtime::{COMPANIONS, Companion, ties};
 use crate::model::outputs::Part;
 use crate::names::is_module;
@@ -21,11 +22,12 @@ use crate::options::Request;
 use crate::source::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::span::{Source, Span, shown};
 use crate::syntax::{self, ast};
+use crate::vector::definition::Definition;
 use places::{Places, mixed};
 use plain::{FORCES, is_named, is_pi, names_pi, plain, without_inner};
 use proc_macro2::{Delimiter, Group, Ident, Literal, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use syn::parse::{ParseStream, Parser};
@@ -327,48 +329,48 @@ fn compiled(items: &[syn::Item], tokens: TokenStream, reading: &Reading<'_>) -> 
 /// The compiled force functions of a file.
 struct Functions {
     forces: Vec<Stages>,
-    /// For each function, the companion kernels that the runtime calls.
-    companions: HashMap<String, Vec<(&'static Companion, Stages)>>,
+    /// For each function, the kernels that the runtime calls.
+    companions: HashMap<String, Vec<Companion>>,
 }
 
 impl Functions {
+    /// Compiles kernels and fits them to their precisions: splits numbers that a precision cannot represent.
     fn compile(file: &ast::File, request: &Request) -> Result<Functions, Diagnostics> {
         let asked = elaborated(file, &|_| true, request.clone())?.functions;
-        let forces = compile_all(file, asked.clone())?;
-        let mut companions: HashMap<String, Vec<(&'static Companion, Stages)>> = HashMap::new();
-        for companion in &COMPANIONS {
-            let tied = asked.iter().zip(&forces).filter(|(_, stages)| is_tied(stages));
-            let tied = tied.filter(|(asked, _)| (companion.is_of)(&asked.definition.law));
-            let wanted = tied.map(|(asked, _)| {
-                let outputs = companion.outputs.to_vec();
-                Asked {
-                    request: Request { outputs, settled: true, ..asked.request.clone() },
-                    ..asked.clone()
-                }
-            });
-            for stages in compile_all(file, wanted.collect())? {
-                let name = stages.definition.name.clone();
-                companions.entry(name).or_default().push((companion, stages));
-            }
-        }
-        let mut functions = Functions { forces, companions };
-        functions.fit(file, request)?;
-        Ok(functions)
-    }
-}
-
-impl Functions {
-    /// Fits kernels to their precisions: splits numbers that a precision cannot represent.
-    fn fit(&mut self, file: &ast::File, request: &Request) -> Result<(), Diagnostics> {
-        let companions = self.companions.values_mut().flatten().map(|(_, stages)| stages);
+        let mut forces = compile_all(file, asked.clone())?;
         let mut errors = Vec::new();
-        for stages in self.forces.iter_mut().chain(companions) {
-            match fitted(stages, &precisions(file, &stages.definition.name, request)) {
-                Ok(kernel) => stages.kernel = kernel,
-                Err(error) => errors.push(error),
+        let mut fit = |definition: &Definition, kernel: &mut Kernel| match fitted(
+            definition,
+            kernel,
+            &precisions(file, &definition.name, request),
+        ) {
+            Ok(fitted) => *kernel = fitted,
+            Err(error) => errors.push(error),
+        };
+        forces.iter_mut().for_each(|stages| fit(&stages.definition, &mut stages.kernel));
+        let mut companions: HashMap<String, Vec<Companion>> = HashMap::new();
+        for row in &COMPANIONS {
+            let tied = asked.iter().zip(&forces).filter(|(_, stages)| is_tied(stages));
+            let tied = tied.filter(|(asked, _)| (row.is_of)(&asked.definition.law));
+            let wanted = tied.map(|(asked, _)| {
+                let outputs = row.outputs.to_vec();
+                let request = Request { outputs, prepare: false, settled: true, ..asked.request.clone() };
+                Asked { request, ..asked.clone() }
+            });
+            for function in optimize_all(file, wanted.collect())? {
+                let companions = companions.entry(function.definition.name.clone()).or_default();
+                for form in row.forms {
+                    let mut kernel = function.kernel(form.lanes);
+                    fit(&function.definition, &mut kernel);
+                    companions.push(Companion { form, kernel });
+                }
             }
         }
-        if errors.is_empty() { Ok(()) } else { Err(Diagnostics::new(file.source.clone(), errors)) }
+        if errors.is_empty() {
+            Ok(Functions { forces, companions })
+        } else {
+            Err(Diagnostics::new(file.source.clone(), errors))
+        }
     }
 }
 
@@ -383,7 +385,7 @@ fn precisions(file: &ast::File, name: &str, request: &Request) -> Vec<Precision>
 fn is_tied(function: &Stages) -> bool {
     let (kernel, bodies) = (&function.kernel, &function.definition.graph.signature.bodies);
     let whole = function.outputs() == Part::DEFAULT
-        && (kernel.layout, kernel.lanes) == (Layout::Dense, 1)
+        && (kernel.layout, kernel.lanes) == (Layout::Dense, Lanes::One)
         && kernel.once().is_none();
     whole && bodies.iter().all(|body| !body.fixed)
 }
@@ -398,7 +400,8 @@ fn kernels(
 ) -> TokenStream {
     let inner = format_ident!("forcec_{}", name.trim_start_matches("r#"));
     let (mut modules, mut names) = (TokenStream::new(), TokenStream::new());
-    let mut others: BTreeMap<&str, TokenStream> = BTreeMap::new();
+    // The modules of the companions, each with the names of their body types.
+    let mut others: BTreeMap<&str, (BTreeSet<String>, TokenStream)> = BTreeMap::new();
     let mut bodies: Vec<Ident> = Vec::new();
     let mut several: Vec<String> = Vec::new();
     let parsed = |text: &str| {
@@ -409,9 +412,11 @@ fn kernels(
         for precision in precisions(ast, source, request) {
             modules.extend(parsed(&kernel_module(kernel, precision)));
             if let Some(companions) = functions.companions.get(source) {
-                for (row, companion) in companions {
-                    let modules = others.entry(row.module).or_default();
-                    modules.extend(parsed(&kernel_module(&companion.kernel, precision)));
+                for Companion { form, kernel } in companions {
+                    let (bodies, modules) = others.entry(form.module).or_default();
+                    let own = kernel.schedule.signature.bodies.iter();
+                    bodies.extend(own.map(|body| rust_body(body.kind.row(), precision, kernel.lanes)));
+                    modules.extend(parsed(&kernel_module(kernel, precision)));
                 }
                 modules.extend(ties(function, companions, precision));
             }
@@ -424,25 +429,26 @@ fn kernels(
             });
             for body in &kernel.schedule.signature.bodies {
                 let row = body.kind.row();
-                if kernel.lanes > 1 {
+                if !kernel.lanes.is_one() {
                     let text = body_type(row, precision, kernel.lanes);
                     if !several.contains(&text) {
                         several.push(text);
                     }
                     continue;
                 }
-                let name = format_ident!("{}", crate::emit::rust_body(row, precision, kernel.lanes));
+                let name = format_ident!("{}", rust_body(row, precision, kernel.lanes));
                 if !bodies.contains(&name) {
                     bodies.push(name);
                 }
             }
         }
     }
-    let others = others.iter().map(|(module, modules)| {
+    let others = others.iter().map(|(module, (bodies, modules))| {
         let name = format_ident!("{module}");
+        let bodies = bodies.iter().map(|body| format_ident!("{body}"));
         quote! {
             mod #name {
-                use super::{#(#bodies),*};
+                use ::forcec_runtime::{#(#bodies),*};
                 #modules
             }
         }

@@ -16,6 +16,8 @@ pub enum Part {
     Rate,
     /// ∂C/∂X, or ∂E/∂X
     Jacobian,
+    /// D(J V) V
+    Drift,
     /// λ
     Multiplier,
     /// F
@@ -32,6 +34,10 @@ pub enum Part {
     MultiplierStep,
     /// `Matrix` with given λ in the geometric stiffness
     Held,
+    /// Jᵀ λ for given λ
+    Pull,
+    /// Σ λ D(Jᵀ) for given λ
+    Geometric,
     /// ∂F/∂X p
     DfdxProduct,
     /// ∂F/∂V p
@@ -99,7 +105,7 @@ pub struct PartRow {
 }
 
 /// All outputs, in the order of storage.
-pub static PARTS: [PartRow; 15] = [
+pub static PARTS: [PartRow; 18] = [
     PartRow {
         part: Part::Value,
         name: "value",
@@ -108,7 +114,7 @@ pub static PARTS: [PartRow; 15] = [
         columns: None,
         extras: &[],
         of_constraints: false,
-        summary: "the rows of the constraint, or the energy",
+        summary: "the rows C of the constraint, or the energy E",
     },
     PartRow {
         part: Part::Rate,
@@ -118,7 +124,7 @@ pub static PARTS: [PartRow; 15] = [
         columns: None,
         extras: &[],
         of_constraints: false,
-        summary: "the rate of `value`",
+        summary: "the rate of `value`, dC/dt or dE/dt",
     },
     PartRow {
         part: Part::Jacobian,
@@ -129,6 +135,16 @@ pub static PARTS: [PartRow; 15] = [
         extras: &[],
         of_constraints: false,
         summary: "`jacobian[i][j]` is the derivative of `value[i]` along pose coordinate j",
+    },
+    PartRow {
+        part: Part::Drift,
+        name: "drift",
+        title: "D(J V) V",
+        rows: Axis::Row,
+        columns: None,
+        extras: &[],
+        of_constraints: true,
+        summary: "the second derivative of `value` in time at constant velocities: d^2C/dt^2 = J dV/dt + drift",
     },
     PartRow {
         part: Part::Multiplier,
@@ -209,6 +225,26 @@ pub static PARTS: [PartRow; 15] = [
         extras: &[Extra::Step, Extra::Multipliers],
         of_constraints: true,
         summary: "h dF/dV + h^2 dF/dX, with the `multipliers` for lambda where gradients of C turn",
+    },
+    PartRow {
+        part: Part::Pull,
+        name: "pull",
+        title: "J^T lambda, lambda given",
+        rows: Axis::Coordinate,
+        columns: None,
+        extras: &[Extra::Multipliers],
+        of_constraints: true,
+        summary: "J^T times the `multipliers`, in argument order; F is minus this for its own lambda",
+    },
+    PartRow {
+        part: Part::Geometric,
+        name: "geometric",
+        title: "D(J^T) lambda, lambda given",
+        rows: Axis::Coordinate,
+        columns: Some(Axis::Coordinate),
+        extras: &[Extra::Multipliers],
+        of_constraints: true,
+        summary: "`geometric[i][j]` is the derivative of `pull[i]` along pose coordinate j, the `multipliers` constant",
     },
     PartRow {
         part: Part::DfdxProduct,
@@ -332,30 +368,15 @@ impl Part {
     /// The outputs that kernels compute by default.
     pub const DEFAULT: [Part; 3] = [Part::Force, Part::Dfdx, Part::Dfdv];
 
-    /// Names of requests, and the outputs that each selects: `value` is C with its rate.
-    pub const CHOICES: [(&'static str, &'static [Part]); 12] = [
-        ("value", &[Part::Value, Part::Rate]),
-        ("jacobian", &[Part::Jacobian]),
-        ("force", &[Part::Force]),
-        ("dfdx", &[Part::Dfdx]),
-        ("dfdv", &[Part::Dfdv]),
-        ("impulse", &[Part::Impulse]),
-        ("matrix", &[Part::Matrix]),
-        ("multiplier", &[Part::Multiplier]),
-        ("multiplier_step", &[Part::MultiplierStep]),
-        ("held_matrix", &[Part::Held]),
-        ("dfdx_product", &[Part::DfdxProduct]),
-        ("dfdv_product", &[Part::DfdvProduct]),
-    ];
+    /// The rows of the outputs that can be requested: all but those that a layout makes.
+    pub fn choices() -> impl Iterator<Item = &'static PartRow> {
+        PARTS.iter().filter(|row| row.rows != Axis::Entry)
+    }
 
     /// The outputs with these names, in the order of the table; or the first unknown name.
     pub fn chosen<'n>(names: impl IntoIterator<Item = &'n str>) -> Result<Vec<Part>, &'n str> {
-        let mut parts = Vec::new();
-        for name in names {
-            let (_, found) = Part::CHOICES.iter().find(|(own, _)| *own == name).ok_or(name)?;
-            parts.extend_from_slice(found);
-        }
-        Ok(Part::in_order(parts))
+        let chosen = |name| Part::choices().find(|row| row.name == name).map(|row| row.part).ok_or(name);
+        names.into_iter().map(chosen).collect::<Result<_, _>>().map(Part::in_order)
     }
 
     /// The extra arguments that these outputs require.

@@ -212,7 +212,7 @@ pub fn kernel_name(kernel: &str, target: Target, suffix: &str) -> String {
 
 /// Names of all items that are defined for a kernel of this name, including the C tables of its layout.
 pub(crate) fn defined_for(kernel: &str, tables: &[String]) -> Vec<(Target, String)> {
-    let c = ["_f64", "_params_f64", "_out_f64", "_prepare_f64", "_prepared_f64"];
+    let c = ["_f64", "_params_f64", "_out_f64", "_prepare_f64", "_prepared_f64", "_anchored_f64"];
     let c = c.into_iter().chain(tables.iter().map(String::as_str)).map(|suffix| (Target::C, suffix));
     let suffixes = c.chain(["", "_f32"].map(|suffix| (Target::Rust, suffix)));
     suffixes.map(|(target, suffix)| (target, kernel_name(kernel, target, suffix))).collect()

@@ -223,10 +223,10 @@ pub static OPTIONS: [OptionRow; 11] = [
         name: "outputs",
         takes: Takes::Some,
         noun: "output",
-        values: || Part::CHOICES.iter().map(|(name, _)| *name).collect(),
+        values: || Part::choices().map(|row| row.name).collect(),
         read: |words| Part::chosen(words.iter().copied()).ok().map(Choice::Outputs),
         example: "outputs(value, jacobian)",
-        summary: "What kernels compute; `value` is C, or E, and its rate",
+        summary: "What kernels compute; `value` is C or E, `rate` is dC/dt or dE/dt",
     },
     OptionRow {
         name: "layout",

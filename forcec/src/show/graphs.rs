@@ -104,13 +104,16 @@ fn factors(graph: &Graph, turn: &[(crate::model::bodies::Slot, bool)]) -> String
     turn.iter().map(factor).collect()
 }
 
-/// Forces and blocks in normal form: `s I + [k]× + Σ u vᵀ`.
+/// Forces and blocks in normal form, `s I + [k]× + Σ u vᵀ`; drift and Jᵀ λ where outputs need them.
 pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
     let mut blocks = Vec::new();
-    let forces = derived.forces.clone();
-    for (array, columns) in [("X", derived.pose.clone()), ("V", derived.velocity.clone())] {
-        for (row, pieces) in &forces {
-            for (column, moves) in &columns {
+    let (forces, pull) = (derived.forces.clone(), derived.pull.clone());
+    let (pose, velocity) = (derived.pose.clone(), derived.velocity.clone());
+    for (is_pull, rows, columns) in
+        [(false, &forces, &pose), (false, &forces, &velocity), (true, &pull, &pose)]
+    {
+        for (row, pieces) in rows {
+            for (column, moves) in columns {
                 let mut terms = Vec::new();
                 for (c, piece) in pieces {
                     for (d, variable) in moves {
@@ -119,7 +122,7 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
                 }
                 let terms: Vec<_> = terms.iter().map(|(c, m)| (c.clone(), &**m)).collect();
                 let matrix = crate::derive::block::Matrix::sum(&mut derived.tangent.graph, &terms);
-                blocks.push((array, *row, *column, matrix));
+                blocks.push((is_pull, *row, *column, matrix));
             }
         }
     }
@@ -128,7 +131,8 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
     for (c, rate) in &derived.rows {
         roots.extend([c.0, rate.0]);
     }
-    for (_, pieces) in &forces {
+    roots.extend(derived.drifts.iter().map(|drift| drift.0));
+    for (_, pieces) in forces.iter().chain(&pull) {
         roots.extend(pieces.iter().map(|(_, v)| v.0));
     }
     for (.., matrix) in &blocks {
@@ -146,6 +150,10 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
         let name = if latex { format!("C_{{{}}}", k + 1) } else { format!("C[{k}]") };
         lines.push((name, formulas.formula(c.index()).to_owned()));
     }
+    for (k, drift) in derived.drifts.iter().enumerate() {
+        let name = if latex { format!("(\\dot J V)_{{{}}}", k + 1) } else { format!("drift[{k}]") };
+        lines.push((name, formulas.formula(drift.index()).to_owned()));
+    }
     let coordinate = |block: &crate::model::bodies::Block| {
         let body = &graph.signature.bodies[block.body as usize].name;
         use crate::model::bodies::Role::{AngularVelocity, Orientation, Position, Velocity};
@@ -160,7 +168,12 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
             (AngularVelocity, false) => format!("ω_{body}"),
         }
     };
-    let force = |block: &crate::model::bodies::Block| {
+    let force = |is_pull: bool, block: &crate::model::bodies::Block| {
+        if is_pull {
+            let product = if latex { "(J^\\top \\hat\\lambda)" } else { "(Jᵀλ)" };
+            let of = coordinate(block);
+            return if latex { format!("{product}_{{{of}}}") } else { format!("{product}_{of}") };
+        }
         let body = &graph.signature.bodies[block.body as usize].name;
         let symbol = if block.role == crate::model::bodies::Role::Position { "f" } else { "τ" };
         match (latex, symbol) {
@@ -169,14 +182,14 @@ pub fn derivative(derived: &mut Derived, dialect: Dialect) -> String {
             (false, _) => format!("{symbol}_{body}"),
         }
     };
-    for (block, pieces) in &forces {
-        lines.push((force(block), formulas.combination(pieces)));
+    for (is_pull, sums) in [(false, &forces), (true, &pull)] {
+        lines.extend(sums.iter().map(|(block, sum)| (force(is_pull, block), formulas.combination(sum))));
     }
-    for (_, row, column, matrix) in &blocks {
+    for (is_pull, row, column, matrix) in &blocks {
         let name = if latex {
-            format!("\\frac{{\\partial {}}}{{\\partial {}}}", force(row), coordinate(column))
+            format!("\\frac{{\\partial {}}}{{\\partial {}}}", force(*is_pull, row), coordinate(column))
         } else {
-            format!("∂{}/∂{}", force(row), coordinate(column))
+            format!("∂{}/∂{}", force(*is_pull, row), coordinate(column))
         };
         lines.push((name, formulas.matrix(matrix)));
     }

@@ -48,12 +48,13 @@ pub struct Singular {
 
 impl Definition {
     /// The derivatives that are symmetric for every function of this kind: ∂F/∂V of a constraint is −Jᵀ D J;
-    /// ∂F/∂X of an energy is a Hessian if no body rotates.
+    /// if no body rotates, the derivatives of Jᵀ λ and ∂F/∂X of an energy are Hessians.
     pub fn symmetric(&self) -> &'static [Part] {
-        let mut bodies = self.graph.signature.moving();
+        let particles = self.graph.signature.moving().all(|(_, body)| body.kind == BodyKind::PARTICLE);
         match self.law {
+            Law::Constraint { .. } if particles => &[Part::Dfdv, Part::Geometric],
             Law::Constraint { .. } => &[Part::Dfdv],
-            Law::Energy(_) if bodies.all(|(_, body)| body.kind == BodyKind::PARTICLE) => &[Part::Dfdx],
+            Law::Energy(_) if particles => &[Part::Dfdx],
             _ => &[],
         }
     }

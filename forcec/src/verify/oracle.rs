@@ -167,6 +167,8 @@ enum Of {
     Multipliers,
     /// F with these values added to λ.
     Held(Vec<Big>),
+    /// Jᵀ times these values.
+    Pull(Vec<Big>),
 }
 
 impl Of {
@@ -174,6 +176,10 @@ impl Of {
         match self {
             Of::Force => {}
             Of::Multipliers => return multipliers,
+            Of::Pull(given) => {
+                let opposite: Vec<Big> = given.iter().map(|x| -x.clone()).collect();
+                return oracle.force(jacobian, &opposite);
+            }
             Of::Held(more) => {
                 multipliers.iter_mut().zip(more).for_each(|(x, more)| *x = x.clone() + more.clone());
             }

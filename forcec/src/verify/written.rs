@@ -202,6 +202,13 @@ impl<F: Scalar> Text<'_, '_, F> {
         inner(self.jacobian[row].iter().enumerate().map(|(k, x)| (x.clone(), self.velocity(k))))
     }
 
+    /// D(J V) V of a row.
+    fn drift(&self, row: usize) -> F {
+        let second = self.second[row].iter().enumerate();
+        let entries = second.flat_map(|(i, row)| row.iter().enumerate().map(move |(j, x)| (i, j, x)));
+        inner(entries.map(|(i, j, x)| (x.clone() * self.velocity(i), self.velocity(j))))
+    }
+
     /// λ of every row: ks C + kd Ċ; for an energy, 1.
     fn multiply(&mut self) {
         for row in 0..self.rows.len() {
@@ -295,6 +302,7 @@ impl<F: Scalar> Text<'_, '_, F> {
             Part::Value => self.rows.clone(),
             Part::Rate => (0..self.rows.len()).map(|row| self.rate(row)).collect(),
             Part::Jacobian => self.jacobian.concat(),
+            Part::Drift => (0..self.rows.len()).map(|row| self.drift(row)).collect(),
             Part::Multiplier => self.multipliers.clone(),
             Part::Force => self.force(&self.multipliers),
             Part::Dfdx => self.along(&Of::Force, true).concat(),
@@ -309,6 +317,13 @@ impl<F: Scalar> Text<'_, '_, F> {
             Part::Matrix => self.stepped(&Of::Force),
             Part::MultiplierStep => self.stepped(&Of::Multipliers),
             Part::Held => self.stepped(&Of::Held(&self.extra("multipliers"))),
+            Part::Pull => self.force(&self.extra("multipliers")).into_iter().map(|x| -x).collect(),
+            Part::Geometric => {
+                let multipliers = self.extra("multipliers");
+                let columns = (0..self.dofs()).flat_map(|i| (0..self.dofs()).map(move |j| (i, j)));
+                let rows = |i: usize, j: usize| self.second.iter().map(move |row| row[i][j].clone());
+                columns.map(|(i, j)| inner(rows(i, j).zip(multipliers.iter().cloned()))).collect()
+            }
             Part::DfdxProduct => self.times(&self.along(&Of::Force, true), &self.extra("direction")),
             Part::DfdvProduct => self.times(&self.along(&Of::Force, false), &self.extra("direction")),
             Part::List(_) | Part::Block(_) => unreachable!("a program computes results, not their pieces"),
@@ -324,6 +339,7 @@ pub(crate) fn is_second(part: Part) -> bool {
             | Part::Rate
             | Part::Jacobian
             | Part::Multiplier
+            | Part::Pull
             | Part::Force
             | Part::Dfdv
             | Part::DfdvProduct

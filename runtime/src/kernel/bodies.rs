@@ -1,6 +1,7 @@
 //! Bodies made of nalgebra's vectors, with the memory layout that kernels expect.
 //!
-//! Kernels read fields by index, as in `a.position[0]`, and quaternions as x, y, z, w, like nalgebra.
+//! Kernels read fields by index, as in `a.position[0]`, and quaternions as x, y, z, w, like nalgebra. Kernels
+//! of L instances read `a.position[0][lane]`.
 
 use nalgebra::{RealField, UnitQuaternion, Vector3};
 
@@ -35,6 +36,30 @@ pub struct Particle<R: RealField = f64> {
 
 /// A particle in single precision.
 pub type ParticleF32 = Particle<f32>;
+
+/// L rigid bodies, one per instance that a kernel computes at once.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidLanes<R, const L: usize> {
+    /// The centres of mass, m.
+    pub position: [[R; L]; 3],
+    /// The rotations from body space to the world; unit quaternions x, y, z, w.
+    pub orientation: [[R; L]; 4],
+    /// The velocities of the centres of mass, m/s.
+    pub velocity: [[R; L]; 3],
+    /// The angular velocities, rad/s.
+    pub angular_velocity: [[R; L]; 3],
+}
+
+/// L particles, one per instance that a kernel computes at once.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParticleLanes<R, const L: usize> {
+    /// The positions, m.
+    pub position: [[R; L]; 3],
+    /// The velocities, m/s.
+    pub velocity: [[R; L]; 3],
+}
 
 /// A force and a torque about the centre of mass, in the world frame.
 #[repr(C)]

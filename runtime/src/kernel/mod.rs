@@ -5,7 +5,7 @@
 pub mod bodies;
 pub mod functions;
 
-use crate::kernel::bodies::{Particle, Rigid};
+use crate::kernel::bodies::{Particle, ParticleLanes, Rigid, RigidLanes};
 use nalgebra::RealField;
 
 /// A body type.
@@ -38,6 +38,15 @@ pub struct Bodies<'a, R: RealField> {
     pub rigid: &'a [Rigid<R>],
     /// Particles.
     pub particles: &'a [Particle<R>],
+}
+
+/// All bodies of L equal systems, in one array per type.
+#[derive(Clone, Copy, Debug)]
+pub struct BodiesLanes<'a, R, const L: usize> {
+    /// Rigid bodies.
+    pub rigid: &'a [RigidLanes<R, L>],
+    /// Particles.
+    pub particles: &'a [ParticleLanes<R, L>],
 }
 
 /// A kernel: a force and its derivatives as a function of bodies and parameters.
@@ -84,6 +93,70 @@ pub trait Kernel: Clone + Default + Send + 'static {
         params: &Self::Params,
     ) -> &'a [Self::Real];
 
+    /// The parameters of L instances, for [`Kernel::force_lanes`]; `()` without parameters.
+    type LaneParams<const L: usize>: Clone + Send + 'static;
+
+    /// The parameters of L instances, one instance per lane.
+    fn gather_params<const L: usize>(each: [&Self::Params; L]) -> Self::LaneParams<L>;
+
+    /// The buffer of [`Kernel::force_lanes`].
+    type LaneForce<const L: usize>: Clone + Default + Send + 'static;
+
+    /// Computes F of L instances, N entries, each with one number per instance. The indices are the same for
+    /// all instances. The numbers of an instance have the same bits for every L, also for L = 1; they are those
+    /// of [`Kernel::evaluate_force`] up to rounding.
+    ///
+    /// Always inlined, so that the caller's CPU features apply. Panics if an index is out of range.
+    fn force_lanes<'a, const L: usize>(
+        out: &'a mut Self::LaneForce<L>,
+        bodies: &BodiesLanes<'_, Self::Real, L>,
+        indices: Self::Indices,
+        params: &Self::LaneParams<L>,
+    ) -> &'a [[Self::Real; L]];
+
+    /// For each row of C a string of N characters; `.` marks an entry of J that is always zero.
+    const JACOBIAN_NONZERO: &'static [&'static str] = &[];
+
+    /// The parameters of L instances, for [`Kernel::rows_lanes`]: those that C depends on.
+    type RowParams<const L: usize>: Clone + Send + 'static;
+
+    /// The parameters that C depends on of L instances, one instance per lane.
+    fn gather_row_params<const L: usize>(each: [&Self::Params; L]) -> Self::RowParams<L>;
+
+    /// The buffer of [`Kernel::rows_lanes`].
+    type LaneRows<const L: usize>: Clone + Default + Send + 'static;
+
+    /// Computes the rows of a constraint for L instances, whatever its stiffness and damping; empty for
+    /// energies and forces.
+    ///
+    /// Always inlined, so that the caller's CPU features apply. Panics if an index is out of range.
+    #[inline(always)]
+    fn rows_lanes<'a, const L: usize>(
+        _out: &'a mut Self::LaneRows<L>,
+        _bodies: &BodiesLanes<'_, Self::Real, L>,
+        _indices: Self::Indices,
+        _params: &Self::RowParams<L>,
+    ) -> Rows<'a, Self::Real, L> {
+        Rows { value: &[], jacobian: &[], drift: &[] }
+    }
+
+    /// The buffer of [`Kernel::saddle`].
+    type Saddle: Clone + Default + Send + 'static;
+
+    /// Computes the rows of a constraint and the geometric stiffness of [`Kernel::ROWS`] given `multipliers`,
+    /// whatever the stiffness and damping; empty for energies and forces.
+    ///
+    /// Panics if there are fewer multipliers, or if an index is out of range.
+    fn saddle<'a>(
+        _out: &'a mut Self::Saddle,
+        _bodies: &Bodies<'_, Self::Real>,
+        _indices: Self::Indices,
+        _params: &Self::Params,
+        _multipliers: &[Self::Real],
+    ) -> Saddle<'a, Self::Real> {
+        Saddle { value: &[], jacobian: &[], geometric: &[] }
+    }
+
     /// The buffer of [`Kernel::evaluate_step`].
     type Step: Clone + Default + Send + 'static;
 
@@ -107,6 +180,11 @@ pub trait Kernel: Clone + Default + Send + 'static {
         multipliers: &[Self::Real],
     ) -> Linear<'a, Self::Real>;
 
+    /// Sets stiffness and damping, of all rows; returns whether these are parameters.
+    fn set_penalty(_params: &mut Self::Params, _stiffness: Self::Real, _damping: Self::Real) -> bool {
+        false
+    }
+
     /// Whether [`Kernel::measure`] returns a potential: true for constraints and energies.
     const HAS_POTENTIAL: bool = false;
 
@@ -124,6 +202,28 @@ pub trait Kernel: Clone + Default + Send + 'static {
 
     /// Reads parameters that `write_params` wrote; `None` if there are too few numbers.
     fn read_params(numbers: &mut dyn Iterator<Item = Self::Real>) -> Option<Self::Params>;
+}
+
+/// The rows of a constraint for L instances; each entry has one number per instance.
+#[derive(Clone, Copy, Debug)]
+pub struct Rows<'a, R, const L: usize> {
+    /// C, one entry per row.
+    pub value: &'a [[R; L]],
+    /// J = ∂C/∂X, N entries per row of C, row by row.
+    pub jacobian: &'a [[R; L]],
+    /// D(J V) V, the part of d²C/dt² that does not depend on accelerations: one entry per row.
+    pub drift: &'a [[R; L]],
+}
+
+/// The rows of a constraint with given multipliers, for implicit methods.
+#[derive(Clone, Copy, Debug)]
+pub struct Saddle<'a, R> {
+    /// C, one entry per row.
+    pub value: &'a [R],
+    /// J = ∂C/∂X, N entries per row of C, row by row.
+    pub jacobian: &'a [R],
+    /// The derivative of Jᵀ λ along the pose coordinates for constant λ: N² entries row by row.
+    pub geometric: &'a [R],
 }
 
 /// A force linearised for a step of h s.

@@ -9,7 +9,7 @@ mod read;
 use crate::check::check_knowing;
 use crate::compile::{self, Compiled, Stages};
 use crate::driver::files::{self, BuildError, Unit};
-use crate::layout::Layout;
+use crate::layout::{Lanes, Layout};
 use crate::model::bodies::Parameter;
 use crate::model::outputs::Part;
 use crate::names::{Target, defined_for};
@@ -137,7 +137,7 @@ pub(crate) fn compile(path: &Path, listener: &mut Listener<'_>) -> Result<Scene,
             };
             let Some(mut kernel) = kernel.pop() else { continue };
             if let Some(own) = &entry.name {
-                kernel.kernel.name = format!("{}{}", own.0, layout.suffix(request.lanes));
+                kernel.kernel.name = format!("{}{}", own.0, layout.suffix(Lanes::of(request.lanes)));
             }
             let title = kernel.kernel.name.clone();
             let place = entry.name.as_ref().map_or(*at, |(_, place)| *place);

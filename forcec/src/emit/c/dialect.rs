@@ -5,6 +5,7 @@
 use crate::emit::c::{WIDTH, real};
 use crate::emit::{decimal, lane, slot_path, spelled, template};
 use crate::kernel::Precision;
+use crate::layout::Lanes;
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{Signature, Slot};
@@ -32,7 +33,7 @@ pub(crate) struct C<'a> {
     signature: &'a Signature,
     pub(crate) names: Arguments,
     pub(crate) precision: Precision,
-    lanes: usize,
+    lanes: Lanes,
     /// The struct of the results; `None` if results are added to the caller's values.
     pub(crate) results: Option<String>,
     /// The fields of the prepared values, if the statements compute them.
@@ -40,7 +41,7 @@ pub(crate) struct C<'a> {
 }
 
 impl C<'_> {
-    pub(crate) fn new(signature: &Signature, precision: Precision, lanes: usize) -> C<'_> {
+    pub(crate) fn new(signature: &Signature, precision: Precision, lanes: Lanes) -> C<'_> {
         let names = Arguments::new(signature, Target::C);
         C { signature, names, precision, lanes, results: None, prepared: Vec::new() }
     }
@@ -64,7 +65,8 @@ impl C<'_> {
         let each = |index: &str, range: &Range<usize>| {
             format!("for (int {index} = {}; {index} < {}; {index}++)", range.start, range.end)
         };
-        let (lanes, name) = (each("lane", &(0..self.lanes)), self.names.result(part));
+        let lanes = format!("for (int lane = 0; lane < {0}; lane++)", self.lanes);
+        let name = self.names.result(part);
         if part.is_list() {
             let line = format!("    {lanes} out->{name}[i][lane] = {zero};");
             return vec![each("i", rows), line];
@@ -112,7 +114,7 @@ impl C<'_> {
     /// Sets the same runs of columns in each of some rows to zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         const CHAIN: usize = 4;
-        if self.lanes > 1 {
+        if !self.lanes.is_one() {
             return self.zeros_of_several(part, rows, columns);
         }
         let zero = self.literal(&Exact::ZERO);

@@ -13,7 +13,7 @@ use crate::emit::{
     COMMON, MADE, NO_EDIT, acts, body, field_summary, lane_loop, reads, stored_as, template, visible,
 };
 use crate::kernel::{File, Kernel, Precision};
-use crate::layout::{LANES, Place};
+use crate::layout::{LANES, Lanes, Place};
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{BODIES, Parameter, ParameterType, Signature};
@@ -57,13 +57,13 @@ fn real(precision: Precision) -> &'static str {
 }
 
 /// The array extent for the given number of instances.
-fn extent(lanes: usize) -> String {
-    if lanes > 1 { format!("[{lanes}]") } else { String::new() }
+fn extent(lanes: Lanes) -> String {
+    if lanes.is_one() { String::new() } else { format!("[{lanes}]") }
 }
 
 /// The suffix of a body type for the given number of instances.
-fn several_suffix(lanes: usize) -> String {
-    if lanes > 1 { format!("x{lanes}") } else { String::new() }
+fn several_suffix(lanes: Lanes) -> String {
+    if lanes.is_one() { String::new() } else { format!("x{lanes}") }
 }
 
 /// The text of `forcec.h`: bodies, constants and special functions, in both precisions.
@@ -76,9 +76,11 @@ pub fn header_common() -> String {
         text.push_str(&format!("#define {name} {}\n", literal(&pi, precision)));
     }
     text.push_str(APART);
-    for (lanes, precision) in LANES.into_iter().flat_map(|lanes| PRECISIONS.map(|p| (lanes, p))) {
+    for (lanes, precision) in
+        LANES.map(Lanes::of).into_iter().flat_map(|lanes| PRECISIONS.map(|p| (lanes, p)))
+    {
         for row in &BODIES {
-            let several = if lanes > 1 { format!("{lanes} times: ") } else { String::new() };
+            let several = if lanes.is_one() { String::new() } else { format!("{lanes} times: ") };
             text.push_str(&format!("\n/* {several}{} */\ntypedef struct {{\n", row.summary));
             for field in row.fields {
                 let (real, summary) = (real(precision), field_summary(field));
@@ -111,7 +113,7 @@ pub fn header_common() -> String {
 /// The definition of a special function.
 fn special(function: Function, routine: &Routine, precision: Precision) -> String {
     let empty = Signature::default();
-    let dialect = C::new(&empty, precision, 1);
+    let dialect = C::new(&empty, precision, Lanes::One);
     let real = real(precision);
     let name = template(function.row().c, function, precision);
     let name = name.split('(').next().unwrap_or_default();
@@ -194,6 +196,12 @@ fn declaration(kernel: &Kernel, precision: Precision) -> String {
         text.push_str(&format!("    {real} {field}; /* {summary}{count} */\n"));
     }
     text.push_str(&format!("}} {};\n\n", named(kernel, "_out", precision)));
+    if let Some(anchored) = kernel.anchored {
+        let (name, value) = (named(kernel, "_anchored", precision), u8::from(anchored));
+        let is = if anchored { "is" } else { "is not" };
+        let fact = format!("J {is} ±(I, −[r]×) for every rigid body and ±I for every particle");
+        text.push_str(&format!("enum {{ {name} = {value} }}; /* {fact} */\n\n"));
+    }
     text.push_str(&tables(kernel, precision));
     if kernel.once().is_some() {
         let remark = format!(
@@ -298,7 +306,7 @@ fn prototype(kernel: &Kernel, precision: Precision, defines: bool) -> String {
 
 /// The text between the type and the name of an argument.
 fn star(kernel: &Kernel, defines: bool) -> &'static str {
-    if defines && kernel.lanes > 1 { "*restrict " } else { "*" }
+    if defines && !kernel.lanes.is_one() { "*restrict " } else { "*" }
 }
 
 /// The qualifier before the result type: pointers to values that results are added to are `const`.
@@ -307,7 +315,7 @@ fn added(kernel: &Kernel) -> &'static str {
 }
 
 /// The declaration of an extra argument; a scalar is the same for all instances.
-fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
+fn extra_argument(extra: &Parameter, name: &str, lanes: Lanes, precision: Precision) -> String {
     let real = real(precision);
     match extra.ty.extents().as_slice() {
         [] => format!("{real} {name}"),
@@ -376,7 +384,7 @@ pub fn definition(kernel: &Kernel, precision: Precision) -> String {
         text.push_str("    (void)out;\n");
     }
     let sections = schedule.sections();
-    if kernel.lanes > 1 {
+    if !kernel.lanes.is_one() {
         // Compilers vectorise a loop that contains no inner loop.
         let (zeros, rest) = lane_loop(schedule);
         text.push_str(&body(&dialect, schedule, zeros, "    "));

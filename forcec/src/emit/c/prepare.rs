@@ -32,8 +32,9 @@ pub(crate) fn definition(kernel: &Kernel, precision: Precision) -> String {
     let mut text = comment(&[remark], "");
     text.push_str(&format!("{}\n{{\n", head(kernel, precision, true)));
     for (field, parameter) in kept.iter().zip(&once.kept) {
-        let mut extents: Vec<u32> = signature.parameters[*parameter].ty.extents();
-        extents.extend((kernel.lanes > 1).then_some(kernel.lanes as u32));
+        let extents = signature.parameters[*parameter].ty.extents();
+        let mut extents: Vec<String> = extents.iter().map(u32::to_string).collect();
+        extents.extend((!kernel.lanes.is_one()).then(|| kernel.lanes.to_string()));
         let source = &dialect.names.parameters[*parameter];
         if signature.parameters[*parameter].value.is_none() {
             copy(&extents, field, source)
@@ -41,7 +42,7 @@ pub(crate) fn definition(kernel: &Kernel, precision: Precision) -> String {
                 .for_each(|line| text.push_str(&format!("    {line}\n")));
         }
     }
-    if kernel.lanes > 1 {
+    if !kernel.lanes.is_one() {
         text.push_str(&format!("    for (int lane = 0; lane < {}; lane++) {{\n", kernel.lanes));
         text.push_str(&body(&dialect, schedule, &schedule.statements, "        "));
         text.push_str("    }\n");
@@ -52,7 +53,7 @@ pub(crate) fn definition(kernel: &Kernel, precision: Precision) -> String {
 }
 
 /// Copies a parameter unchanged, entry by entry.
-fn copy(extents: &[u32], field: &str, source: &str) -> Vec<String> {
+fn copy(extents: &[String], field: &str, source: &str) -> Vec<String> {
     let indices: Vec<String> = (0..extents.len()).map(|depth| format!("i{depth}")).collect();
     let place: String = indices.iter().map(|index| format!("[{index}]")).collect();
     let each = extents.iter().zip(&indices);

@@ -85,6 +85,10 @@ pub(crate) fn constants(kernel: &Kernel) -> String {
         let declared = format!("{}_TRIANGLE: bool", part.name().to_ascii_uppercase());
         constant(&summary, &declared, &triangle.to_string());
     }
+    if let Some(anchored) = kernel.anchored {
+        let summary = "Whether J is ±(I, −[r]×) for every rigid body and ±I for every particle.";
+        constant(summary, "ANCHORED: bool", &anchored.to_string());
+    }
     let packing = kernel.packing.iter().filter(|_| place == Place::Shared);
     for table in packing.flat_map(|packing| &packing.tables) {
         let summary = format!(

@@ -5,6 +5,7 @@
 use crate::emit::rust::WIDTH;
 use crate::emit::{decimal, lane, slot_path, spelled, template};
 use crate::kernel::Precision;
+use crate::layout::Lanes;
 use crate::math::exact::Exact;
 use crate::math::functions::Function;
 use crate::model::bodies::{Signature, Slot};
@@ -70,7 +71,7 @@ pub(crate) struct Rust<'a> {
     pub(crate) names: Arguments,
     pub(crate) precision: Precision,
     indent: usize,
-    lanes: usize,
+    lanes: Lanes,
     /// Whether results are added to the caller's values.
     pub(crate) adds: bool,
     /// The fields of the prepared values, if the statements compute them.
@@ -78,7 +79,7 @@ pub(crate) struct Rust<'a> {
 }
 
 impl Rust<'_> {
-    pub(crate) fn new(signature: &Signature, precision: Precision, indent: usize, lanes: usize) -> Rust<'_> {
+    pub(crate) fn new(signature: &Signature, precision: Precision, indent: usize, lanes: Lanes) -> Rust<'_> {
         let names = Arguments::new(signature, Target::Rust);
         Rust { signature, names, precision, indent, lanes, adds: false, prepared: Vec::new() }
     }
@@ -160,7 +161,7 @@ impl Rust<'_> {
     /// Sets the same runs of columns in each of some rows to zero.
     fn zeros(&self, part: Part, rows: &Range<usize>, columns: &[Range<usize>]) -> Vec<String> {
         let (height, width) = part.shape(self.signature);
-        let zero = if self.lanes > 1 { format!("[0.0; {}]", self.lanes) } else { "0.0".to_owned() };
+        let zero = if self.lanes.is_one() { "0.0".to_owned() } else { format!("[0.0; {}]", self.lanes) };
         // Sets one entry, some entries or all `count` entries of an array to zero.
         let fill = |place: &str, whole: &str, count: usize, range: &Range<usize>| match range.len() {
             length if length == count && count > 1 => format!("{whole} = [{zero}; {count}];"),

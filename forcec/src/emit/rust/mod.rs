@@ -14,6 +14,7 @@ use crate::emit::{
     MADE, NO_EDIT, acts, body, field_summary, kinds, lane_loop, reads, rust_body, sentence, template, visible,
 };
 use crate::kernel::{File, Kernel, Precision};
+use crate::layout::Lanes;
 use crate::math::functions::Function;
 use crate::model::bodies::{BodyRow, Parameter, ParameterType, Signature};
 use crate::model::outputs::Part;
@@ -46,7 +47,7 @@ pub fn module(file: &File) -> String {
     }
     text.push_str(&format!("//! {MADE}`{}.rs`{NO_EDIT}\n", visible(&file.stem)));
     for &precision in &file.precisions {
-        let lanes = file.kernels.first().map_or(1, |kernel| kernel.lanes);
+        let lanes = file.kernels.first().map_or(Lanes::One, |kernel| kernel.lanes);
         for kind in kinds(file.kernels.iter().map(|kernel| &kernel.schedule.signature)) {
             text.push('\n');
             text.push_str(&body_type(kind.row(), precision, lanes));
@@ -62,11 +63,11 @@ pub fn module(file: &File) -> String {
 }
 
 /// The definition of a body type.
-pub(crate) fn body_type(row: &BodyRow, precision: Precision, lanes: usize) -> String {
+pub(crate) fn body_type(row: &BodyRow, precision: Precision, lanes: Lanes) -> String {
     let entries = |length| format!("[{}; {length}]", number(precision, lanes));
     let fields = row.fields.iter();
     let fields = fields.map(|f| (f.name.to_owned(), entries(f.length), field_summary(f).to_owned()));
-    structure(&rust_body(row, precision, lanes), row.summary, fields.collect(), true, "")
+    structure(&rust_body(row, precision, lanes), row.summary, fields.collect(), true, lanes, "")
 }
 
 /// The module of one kernel, which reads its body types through `super`.
@@ -96,7 +97,7 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     let mut dialect = Rust::new(signature, precision, 8, kernel.lanes);
     dialect.adds = schedule.adds;
     let sections = schedule.sections();
-    let parts = if kernel.lanes == 1 && sections.len() > 1 {
+    let parts = if kernel.lanes.is_one() && sections.len() > 1 {
         parts(kernel, &sections, &dialect)
     } else {
         String::new()
@@ -105,9 +106,11 @@ pub fn kernel_module(kernel: &Kernel, precision: Precision) -> String {
     text.push_str(&prepare(kernel, precision));
     let computes =
         if schedule.adds { "Adds the results to those of `out`" } else { "Computes every entry of `out`" };
-    text.push_str(&format!("\n    /// {computes}.\n    #[inline]\n"));
+    // The runtime calls generic kernels within functions for certain CPU features.
+    let inline = if kernel.lanes == Lanes::Generic { "inline(always)" } else { "inline" };
+    text.push_str(&format!("\n    /// {computes}.\n    #[{inline}]\n"));
     text.push_str(&evaluate_head(kernel, precision));
-    if kernel.lanes > 1 {
+    if !kernel.lanes.is_one() {
         let (zeros, rest) = lane_loop(schedule);
         text.push_str(&body(&dialect, schedule, zeros, "        "));
         if acts(&rest) {
@@ -166,20 +169,33 @@ fn parameters(kernel: &Kernel, signature: &Signature, precision: Precision) -> S
     } else {
         "the parameters, in source order"
     };
-    format!("\n{}", structure(type_of(&names), summary, fields.collect(), short, INDENT))
+    format!("\n{}", structure(struct_of(&names), summary, fields.collect(), short, kernel.lanes, INDENT))
+}
+
+/// The struct of the argument for parameters.
+fn struct_of(names: &Arguments) -> &'static str {
+    if names.given == "prepared" { "Prepared" } else { "Params" }
 }
 
 /// The type of the argument for parameters.
-fn type_of(names: &Arguments) -> &'static str {
-    if names.given == "prepared" { "Prepared" } else { "Params" }
+fn type_of(names: &Arguments, lanes: Lanes) -> String {
+    format!("{}{}", struct_of(names), generic(lanes, "<L>"))
 }
+
+/// A list of const parameters or arguments, for kernels that have a const parameter.
+fn generic(lanes: Lanes, list: &'static str) -> &'static str {
+    if lanes == Lanes::Generic { list } else { "" }
+}
+
+/// The declaration of the const parameter.
+const DECLARED: &str = "<const L: usize>";
 
 /// The function that computes a kernel's prepared values; empty for a kernel without prepared values.
 fn prepare(kernel: &Kernel, precision: Precision) -> String {
     let Some(once) = kernel.once() else { return String::new() };
     let schedule = &once.schedule;
     let signature = &schedule.signature;
-    let (indent, space) = if kernel.lanes > 1 { (12, "            ") } else { (8, "        ") };
+    let (indent, space) = if kernel.lanes.is_one() { (8, "        ") } else { (12, "            ") };
     let mut dialect = Rust::new(signature, precision, indent, kernel.lanes);
     let fields = Arguments::new(&kernel.schedule.signature, Target::Rust).parameters;
     let (kept, values) = fields.split_at(once.kept.len());
@@ -196,10 +212,10 @@ fn prepare(kernel: &Kernel, precision: Precision) -> String {
         }
     }
     let statements = body(&dialect, schedule, &schedule.statements, space);
-    if kernel.lanes > 1 {
-        text.push_str(&format!("        for lane in 0..{} {{\n{statements}        }}\n", kernel.lanes));
-    } else {
+    if kernel.lanes.is_one() {
         text.push_str(&statements);
+    } else {
+        text.push_str(&format!("        for lane in 0..{} {{\n{statements}        }}\n", kernel.lanes));
     }
     text + "    }\n"
 }
@@ -230,12 +246,16 @@ fn output(kernel: &Kernel, precision: Precision) -> String {
     }
     let extents = schedule.parts.iter().map(|part| part.shape(signature));
     let short = extents.map(|(rows, columns)| rows.max(columns)).max().unwrap_or(0) <= 32;
-    structure("Output", "the results", fields, short, INDENT)
+    structure("Output", "the results", fields, short, kernel.lanes, INDENT)
 }
 
 /// The type of the argument that the results are written to.
 fn results(kernel: &Kernel) -> &'static str {
-    if kernel.schedule.adds { "&mut Output<'_>" } else { "&mut Output" }
+    match kernel.lanes {
+        Lanes::Generic => "&mut Output<L>",
+        _ if kernel.schedule.adds => "&mut Output<'_>",
+        _ => "&mut Output",
+    }
 }
 
 /// The declaration of an argument of a part of a long kernel.
@@ -244,7 +264,7 @@ fn declared(kernel: &Kernel, needed: &Needed, precision: Precision) -> String {
         Needed::Body(body, name) => format!("{name}: &{}", body.kind.row().name),
         Needed::Parameters(name) => {
             let names = Arguments::new(&kernel.schedule.signature, Target::Rust);
-            format!("{name}: &{}", type_of(&names))
+            format!("{name}: &{}", type_of(&names, kernel.lanes))
         }
         Needed::Extra(extra, name) => extra_argument(extra, name, kernel.lanes, precision),
         Needed::Shared(true) => "shared: &mut Shared".to_owned(),
@@ -364,11 +384,11 @@ fn is_code(info: &str) -> bool {
     })
 }
 
-fn imports(signature: &Signature, precision: Precision, lanes: usize) -> String {
+fn imports(signature: &Signature, precision: Precision, lanes: Lanes) -> String {
     let mut names: Vec<String> = Vec::new();
     for kind in kinds(std::iter::once(signature)) {
         let (name, own) = (kind.row().name, rust_body(kind.row(), precision, lanes));
-        names.push(if own == name { own } else { format!("{own} as {name}") });
+        names.push(if own == name || lanes == Lanes::Generic { own } else { format!("{own} as {name}") });
     }
     names.sort();
     match names.as_slice() {
@@ -378,20 +398,24 @@ fn imports(signature: &Signature, precision: Precision, lanes: usize) -> String 
     }
 }
 
-/// A documented struct; `derives` is true if the standard library implements `Default` for its arrays.
+/// A documented struct; `derives` is true if the standard library implements `Default` for its arrays, unless
+/// their length is a const parameter.
 fn structure(
     name: &str,
     summary: &str,
     fields: Vec<(String, String, String)>,
     derives: bool,
+    lanes: Lanes,
     indent: &str,
 ) -> String {
+    let derives = derives && lanes != Lanes::Generic;
+    let (declared, passed) = (generic(lanes, DECLARED), generic(lanes, "<L>"));
     let default = if derives { ", Default" } else { "" };
     let mut lines = vec![
         format!("/// {}", sentence(summary)),
         "#[repr(C)]".to_owned(),
         format!("#[derive(Clone, Copy, Debug{default}, PartialEq)]"),
-        format!("pub struct {name} {{"),
+        format!("pub struct {name}{declared} {{"),
     ];
     for (field, ty, summary) in &fields {
         lines.push(format!("    /// {}", sentence(summary)));
@@ -399,7 +423,7 @@ fn structure(
     }
     lines.push("}".to_owned());
     if !derives {
-        lines.extend(["", &format!("impl Default for {name} {{")].map(str::to_owned));
+        lines.extend(["", &format!("impl{declared} Default for {name}{passed} {{")].map(str::to_owned));
         /// rustfmt's `struct_lit_width`.
         const STRUCT: usize = 18;
         let zero = |ty: &str| ty.replace("f64", "0.0").replace("f32", "0.0");
@@ -423,17 +447,17 @@ fn structure(
 }
 
 /// The type of a number: one value per instance.
-fn number(precision: Precision, lanes: usize) -> String {
-    if lanes > 1 { format!("[{precision}; {lanes}]") } else { precision.to_string() }
+fn number(precision: Precision, lanes: Lanes) -> String {
+    if lanes.is_one() { precision.to_string() } else { format!("[{precision}; {lanes}]") }
 }
 
-fn array(ty: &ParameterType, precision: Precision, lanes: usize) -> String {
+fn array(ty: &ParameterType, precision: Precision, lanes: Lanes) -> String {
     ty.extents().iter().rev().fold(number(precision, lanes), |inner, n| format!("[{inner}; {n}]"))
 }
 
 /// The declaration of an extra argument; a scalar is the same for all instances.
-fn extra_argument(extra: &Parameter, name: &str, lanes: usize, precision: Precision) -> String {
-    let (borrowed, lanes) = if extra.ty == ParameterType::Real { ("", 1) } else { ("&", lanes) };
+fn extra_argument(extra: &Parameter, name: &str, lanes: Lanes, precision: Precision) -> String {
+    let (borrowed, lanes) = if extra.ty == ParameterType::Real { ("", Lanes::One) } else { ("&", lanes) };
     format!("{name}: {borrowed}{}", array(&extra.ty, precision, lanes))
 }
 
@@ -444,10 +468,16 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
     let mut arguments: Vec<String> = Vec::new();
     let names = Arguments::new(signature, Target::Rust);
     for ((body, name), read) in signature.bodies.iter().zip(&names.bodies).zip(reads.bodies) {
-        arguments.push(format!("{}{name}: &{}", unused(read), body.kind.row().name));
+        let ty = match kernel.lanes {
+            Lanes::Generic => {
+                format!("{}<{precision}, L>", rust_body(body.kind.row(), precision, kernel.lanes))
+            }
+            _ => body.kind.row().name.to_owned(),
+        };
+        arguments.push(format!("{}{name}: &{ty}", unused(read)));
     }
     if signature.has_given() {
-        let (name, ty) = (names.given, type_of(&names));
+        let (name, ty) = (names.given, type_of(&names, kernel.lanes));
         arguments.push(format!("{}{name}: &{ty}", unused(reads.parameters)));
     }
     for (index, extra) in signature.given_extras() {
@@ -455,18 +485,18 @@ fn evaluate_head(kernel: &Kernel, precision: Precision) -> String {
         arguments.push(format!("{}{declared}", unused(reads.extras[index])));
     }
     arguments.push(format!("{}out: {}", unused(reads.results), results(kernel)));
-    let many = if arguments.len() > FEW { MANY } else { "" };
-    format!("{many}{}", head("pub fn evaluate", &arguments))
+    head(&format!("pub fn evaluate{}", generic(kernel.lanes, DECLARED)), &arguments)
 }
 
 /// The head of a function in a module.
 fn head(name: &str, arguments: &[String]) -> String {
     let line = format!("    {name}({}) {{", arguments.join(", "));
+    let many = if arguments.len() > FEW { MANY } else { "" };
     if line.len() <= WIDTH {
-        return format!("{line}\n");
+        return format!("{many}{line}\n");
     }
     let arguments: String = arguments.iter().map(|argument| format!("        {argument},\n")).collect();
-    format!("    {name}(\n{arguments}    ) {{\n")
+    format!("{many}    {name}(\n{arguments}    ) {{\n")
 }
 
 /// The definition of a special function.
@@ -479,10 +509,10 @@ fn special(function: Function, routine: &Routine, precision: Precision) -> Strin
     let mut text = format!("    /// {}\n", sentence(&routine.summary));
     text.push_str(&format!("    fn {name}({}) -> {precision} {{\n", arguments.join(", ")));
     let expression = |expression, indent| {
-        print::expression(&Rust::new(&empty, precision, indent, 1), &routine.variables, expression)
+        print::expression(&Rust::new(&empty, precision, indent, Lanes::One), &routine.variables, expression)
     };
     let write = |text: &mut String, statement: &Statement, indent: usize| {
-        let dialect = Rust::new(&empty, precision, indent, 1);
+        let dialect = Rust::new(&empty, precision, indent, Lanes::One);
         let space = " ".repeat(indent);
         for line in print::statement(&dialect, &routine.variables, statement) {
             text.push_str(&format!("{space}{line}\n"));

@@ -8,8 +8,8 @@ use crate::model::outputs::Part;
 use crate::sample::inputs::Coordinate;
 use crate::verify::big::Big;
 use crate::verify::oracle::{
-    Columns, Of, Output, Point, Singular, Statement, TwoSteps, Work, all_finite, inner, multiply, quotient,
-    regular, step,
+    Columns, Of, Output, Point, STEP, Singular, Statement, TwoSteps, Work, all_finite, inner, multiply,
+    quotient, regular, step,
 };
 use crate::verify::search::Decider;
 use crate::verify::source::{self, Values};
@@ -152,6 +152,30 @@ impl Point<'_, '_> {
         self.columns(vec![quotient(&force, &self.force, 0)])
     }
 
+    /// The second difference of the rows in time, along the motion with constant velocities.
+    fn drift(&self) -> Result<Vec<Big>, Singular> {
+        let oracle = self.oracle;
+        let all = oracle.pose_bits.iter().fold(0, |all, bit| all | bit);
+        let after = |sign: f64| {
+            let mut inputs = self.inputs.clone();
+            for (pose, velocity) in oracle.places.pose.chunks(3).zip(oracle.places.velocity.chunks(3)) {
+                let along = velocity.iter().map(|c| sign * self.inputs[c.start + c.axis].to_f64());
+                step(&mut inputs, &pose[0], &along.collect::<Vec<f64>>());
+            }
+            let values = oracle.source.update(&self.values, &inputs, all);
+            regular(&values)?;
+            Ok(oracle.rows(&values))
+        };
+        let (next, last) = (after(1.0)?, after(-1.0)?);
+        let changes = next
+            .into_iter()
+            .zip(last)
+            .zip(&self.rows)
+            .map(|((next, last), here)| (next - here.clone()) - (here.clone() - last));
+        let drift: Vec<Big> = changes.map(|change| change.scaled(2 * STEP)).collect();
+        if all_finite(&drift) { Ok(drift) } else { Err(Singular::Value) }
+    }
+
     /// ∂F/∂V, all columns.
     pub(crate) fn dfdv(&self) -> Result<Columns, Singular> {
         self.along_velocity(&Of::Force)
@@ -200,6 +224,7 @@ impl Point<'_, '_> {
                 self.jacobian.iter().map(|row| inner(row, &velocities)).collect()
             }
             Part::Jacobian => self.jacobian.concat(),
+            Part::Drift => self.drift()?,
             Part::Force => self.force.clone(),
             Part::Dfdx => self.dfdx()?.by_row(),
             Part::Dfdv => self.dfdv()?.by_row(),
@@ -222,6 +247,8 @@ impl Point<'_, '_> {
                 });
                 stepped(&Of::Held(more.collect()))?
             }
+            Part::Pull => self.here(&Of::Pull(self.extra("multipliers").to_vec())),
+            Part::Geometric => self.along_pose(&Of::Pull(self.extra("multipliers").to_vec()))?.by_row(),
             Part::DfdxProduct => self.dfdx()?.times(self.extra("direction")),
             Part::DfdvProduct => self.dfdv()?.times(self.extra("direction")),
             Part::List(_) | Part::Block(_) => unreachable!("a program computes results, not their pieces"),
