@@ -20,12 +20,21 @@ pub enum Error {
     /// A quaternion is too short to normalise.
     #[error("orientation has no length")]
     NoOrientation,
+    /// There are not as many loads or states as copies of a world.
+    #[error("one value per copy of the world is needed")]
+    WrongCount,
     /// The step is negative.
     #[error("negative step")]
     NegativeStep,
     /// All bodies of a force are kinematic.
     #[error("force `{0}` moves none of its bodies")]
     NothingMoves(&'static str),
+    /// A law for constraints was given for an energy, a force, or a constraint with fixed stiffness.
+    #[error("force `{0}` is not a constraint with stiffness")]
+    NotAConstraint(&'static str),
+    /// A one-sided constraint cannot be rigid.
+    #[error("force `{0}` is one-sided, so it cannot be rigid")]
+    OneSided(&'static str),
     /// The kernel of a saved force is missing, or does not fit the saved parameters or bodies.
     #[error("a saved force has no kernel it fits")]
     UnknownKernel,

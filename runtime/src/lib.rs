@@ -39,6 +39,7 @@ pub mod collision;
 pub mod error;
 mod island;
 pub mod kernel;
+mod outside;
 pub mod prelude;
 pub mod prelude_f32;
 mod report;
@@ -51,15 +52,15 @@ pub mod world;
 pub use error::Error;
 #[cfg(feature = "macros")]
 pub use forcec_macros::{constraint, domain, energy, force, forces, include_forces};
-pub use kernel::bodies::{Particle, ParticleF32, Rigid, RigidF32, Wrench};
-pub use kernel::{Bodies, BodyKind, Kernel, Linear, Measure, Numbers, Parameters};
+pub use kernel::bodies::{Particle, ParticleF32, ParticleLanes, Rigid, RigidF32, RigidLanes, Wrench};
+pub use kernel::{Bodies, BodiesLanes, BodyKind, Kernel, Linear, Measure, Numbers, Parameters, Rows, Saddle};
 pub use kernel::{bodies, functions};
 pub use nalgebra;
 pub use report::Report;
 pub use settings::{Decoupling, Settings, Sleep};
-pub use state::Motion;
+pub use state::{Body, Motion};
 pub use step::Integrator;
 pub use system::iterative::Solver;
 #[cfg(feature = "serde")]
 pub use world::save::{Kernels, Saved};
-pub use world::{Body, Force, World};
+pub use world::{Force, Law, World, Worlds};

@@ -12,7 +12,8 @@ pub struct Settings<R> {
     pub integrator: Integrator,
     /// The method for linear systems. `Rodas4` always uses elimination, because its matrix serves six times.
     pub solver: Solver,
-    /// The tolerated error of `Rodas4` per step, m and rad.
+    /// The tolerated error per step, m and rad: the estimate of `Rodas4`; with `RungeKutta4` the gap that rigid
+    /// constraints have before they are projected. Infinity leaves steps as they are.
     pub tolerance: R,
     /// The tolerated growth of an island's energy per call of `step`, relative to its largest recent kinetic
     /// and elastic energy. Work done from outside is allowed in addition.
@@ -23,6 +24,9 @@ pub struct Settings<R> {
     pub sleep: Option<Sleep<R>>,
     /// The solution of large islands in parts; `None` disables it.
     pub decoupling: Option<Decoupling>,
+    /// The largest number of equal islands that explicit methods step at once, with the same bits as one by
+    /// one: 1, 2, 4 or 8; `None` chooses by the processor.
+    pub lanes: Option<usize>,
 }
 
 /// The condition for falling asleep.
@@ -55,6 +59,7 @@ impl<R: RealField + Copy> Default for Settings<R> {
             energy_loss: None,
             sleep: None,
             decoupling: None,
+            lanes: None,
         }
     }
 }

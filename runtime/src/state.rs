@@ -4,6 +4,15 @@ use crate::kernel::bodies::{Particle, Rigid};
 use crate::kernel::{Bodies, BodyKind};
 use nalgebra::{Quaternion, RealField, UnitQuaternion, Vector3, Vector6, convert};
 
+/// A handle of a body in a world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Body {
+    pub(crate) kind: BodyKind,
+    pub(crate) entry: usize,
+    pub(crate) generation: u32,
+}
+
 /// The response of a body to forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -19,8 +28,9 @@ pub enum Motion<R: RealField> {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Member<R: RealField> {
-    /// The entry in the world's table of bodies.
+    /// The entry in the world's table of bodies, and its generation.
     pub(crate) entry: usize,
+    pub(crate) generation: u32,
     pub(crate) motion: Motion<R>,
     /// A constant force and torque.
     pub(crate) load: Vector6<R>,
@@ -29,8 +39,14 @@ pub(crate) struct Member<R: RealField> {
 }
 
 impl<R: RealField + Copy> Member<R> {
-    pub(crate) fn new(entry: usize, motion: Motion<R>) -> Member<R> {
-        Member { entry, motion, load: Vector6::zeros(), rates: [Vector6::zeros(); 2] }
+    pub(crate) fn new(body: Body, motion: Motion<R>) -> Member<R> {
+        let Body { entry, generation, .. } = body;
+        Member { entry, generation, motion, load: Vector6::zeros(), rates: [Vector6::zeros(); 2] }
+    }
+
+    /// The handle, of a body of this type.
+    pub(crate) fn handle(&self, kind: BodyKind) -> Body {
+        Body { kind, entry: self.entry, generation: self.generation }
     }
 
     /// The mass and principal moments of a dynamic body.

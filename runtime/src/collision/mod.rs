@@ -38,8 +38,9 @@ pub mod contact;
 mod narrow;
 
 use crate::island::Activity;
+use crate::state::Body;
 use crate::state::Motion;
-use crate::world::{Body, Force, Place, World};
+use crate::world::{Force, Place, World};
 use crate::{Error, Rigid};
 use contact::point_contact;
 use narrow::Pair;

@@ -7,6 +7,7 @@
 //! estimate controls its steps by the estimate instead.
 
 use crate::island::{Activity, Energy, Island};
+use crate::outside::{LoadAt, Outside};
 use crate::report::Report;
 use crate::settings::Settings;
 use crate::state::as_f64;
@@ -15,12 +16,13 @@ use crate::system::assemble::Fallback;
 use nalgebra::{RealField, Vector3, convert};
 
 /// A request to advance an island by a time.
-struct StepRequest<'a, R> {
+pub(crate) struct StepRequest<'a, R: RealField> {
     /// The whole time, s.
-    h: R,
-    fallback: Fallback<R>,
-    gravity: Vector3<R>,
-    settings: &'a Settings<R>,
+    pub(crate) h: R,
+    pub(crate) fallback: Fallback<R>,
+    pub(crate) gravity: Vector3<R>,
+    pub(crate) loads: Option<LoadAt<'a, R>>,
+    pub(crate) settings: &'a Settings<R>,
 }
 
 /// The largest number of halvings.
@@ -37,7 +39,8 @@ const CAP: f64 = 100.0;
 
 impl<R: RealField + Copy> Island<R> {
     /// Advances the island by `h` in accepted steps, or quarantines it.
-    pub(crate) fn advance(&mut self, h: R, gravity: Vector3<R>, settings: &Settings<R>) -> Report {
+    pub(crate) fn advance(&mut self, request: &StepRequest<'_, R>) -> Report {
+        let h = request.h;
         let mut report = Report { awake: 1, ..Report::default() };
         self.save_frame();
         let advanced = (0..3).any(|backup| {
@@ -48,10 +51,11 @@ impl<R: RealField + Copy> Island<R> {
             };
             report.semi_definite = usize::from(backup > 0);
             report.capped = usize::from(backup > 1);
-            let request = StepRequest { h, fallback, gravity, settings };
-            let advanced = match settings.integrator {
-                Integrator::Rodas4 => self.advance_by_error(&request, &mut report),
-                _ => self.advance_by_halving(&request, &mut report),
+            let request = StepRequest { fallback, ..*request };
+            let advanced = if self.steps_by_error(&request) {
+                self.advance_by_error(&request, &mut report)
+            } else {
+                self.advance_by_halving(&request, &mut report)
             };
             if !advanced {
                 self.restore_frame();
@@ -62,10 +66,64 @@ impl<R: RealField + Copy> Island<R> {
         if !advanced {
             self.activity = Activity::Quarantined;
         }
-        let energy = self.energy(gravity);
-        report.energy = energy.in_world(gravity, self.origin);
+        self.summarize(request, report)
+    }
+
+    /// Adds energy and violation to a report, and falls asleep after rest.
+    fn summarize(&mut self, request: &StepRequest<'_, R>, mut report: Report) -> Report {
+        let energy = self.energy(request.gravity);
+        report.energy = energy.in_world(request.gravity, self.origin);
         report.max_violation = as_f64(energy.max_violation);
+        self.rest(request.h, request.settings);
         report
+    }
+
+    /// Whether an error estimate controls the size of steps.
+    fn steps_by_error(&self, request: &StepRequest<'_, R>) -> bool {
+        match request.settings.integrator {
+            Integrator::Rodas4 => true,
+            Integrator::RungeKutta4 => self.batches.iter().any(|batch| batch.is_rigid()),
+            _ => false,
+        }
+    }
+
+    /// Whether the first step to attempt is the whole one.
+    pub(crate) fn starts_whole(&self, request: &StepRequest<'_, R>) -> bool {
+        let number = convert::<f64, R>;
+        let enough = |size: R| {
+            if self.steps_by_error(request) {
+                size >= request.h * number(0.999)
+            } else {
+                request.h <= size * number(2.0)
+            }
+        };
+        self.control.size.is_none_or(enough)
+    }
+
+    /// After a whole step, of which the state before is saved: the report if the step is accepted, else
+    /// restores the state.
+    pub(crate) fn finish_whole(
+        &mut self,
+        request: &StepRequest<'_, R>,
+        before: Energy<R>,
+        outcome: Outcome<R>,
+    ) -> Option<Report> {
+        match self.judge(request.h, request, before, Some(outcome)) {
+            Ok((outcome, after, most)) => {
+                (self.control.energy, self.control.most) = (Some(after), most);
+                self.control.size = if self.steps_by_error(request) {
+                    let size = request.h * factor(outcome.error.unwrap_or(R::zero()), request, convert(5.0));
+                    self.control.size.filter(|known| *known >= size).or(Some(size))
+                } else {
+                    Some(request.h)
+                };
+                Some(self.summarize(request, Report { awake: 1, accepted: 1, ..Report::default() }))
+            }
+            Err(_) => {
+                self.restore();
+                None
+            }
+        }
     }
 
     /// The stiffness above which forces are scaled down.
@@ -85,9 +143,11 @@ impl<R: RealField + Copy> Island<R> {
         while depth < HALVINGS && self.control.size.is_some_and(|last| size > last * two) {
             halve(&mut size, &mut depth, &mut left);
         }
+        let mut time = R::zero();
         while left > 0 {
-            if self.try_step(size, request, report).is_ok() {
+            if self.try_step(time, size, request, report).is_ok() {
                 left -= 1;
+                time += size;
                 self.control.size = Some(size);
             } else if depth < HALVINGS {
                 halve(&mut size, &mut depth, &mut left);
@@ -109,15 +169,10 @@ impl<R: RealField + Copy> Island<R> {
             // The last two steps share the remaining time.
             let last = size >= left * number(0.999);
             let step = if last { left } else { size.min(left) };
-            let tried = self.try_step(step, request, report);
-            // The error of a step is proportional to the fourth power of its size.
-            let factor = |error: R| {
-                let share = (error / request.settings.tolerance).max(number(1e-8));
-                (number(0.9) / share.sqrt().sqrt()).max(number(0.2)).min(most)
-            };
+            let tried = self.try_step(h - left, step, request, report);
             match tried {
                 Ok(error) => {
-                    size = step * factor(error);
+                    size = step * factor(error, request, most);
                     most = number(5.0);
                     if !last || self.control.size.is_none_or(|known| known < size) {
                         self.control.size = Some(size);
@@ -128,7 +183,8 @@ impl<R: RealField + Copy> Island<R> {
                     left -= step;
                 }
                 Err(error) => {
-                    (size, most) = (step * error.map_or(number(0.25), factor), R::one());
+                    let by = error.map_or(number(0.25), |error| factor(error, request, most));
+                    (size, most) = (step * by, R::one());
                     if size < smallest {
                         return false;
                     }
@@ -138,9 +194,16 @@ impl<R: RealField + Copy> Island<R> {
     }
 
     /// Attempts one step; returns its error if accepted. Else restores the state; returns a too large error.
-    fn try_step(&mut self, h: R, request: &StepRequest<'_, R>, report: &mut Report) -> Result<R, Option<R>> {
+    fn try_step(
+        &mut self,
+        time: R,
+        h: R,
+        request: &StepRequest<'_, R>,
+        report: &mut Report,
+    ) -> Result<R, Option<R>> {
         let before = self.energy(request.gravity);
-        let outcome = self.attempt(h, request.fallback, request.gravity, request.settings, report);
+        let outside = Outside { gravity: request.gravity, time, loads: request.loads, origin: self.origin };
+        let outcome = self.attempt(h, request.fallback, &outside, request.settings, report);
         match self.judge(h, request, before, outcome) {
             Ok((outcome, after, most)) => {
                 self.control.energy = Some(after);
@@ -170,7 +233,8 @@ impl<R: RealField + Copy> Island<R> {
     ) -> Result<(Outcome<R>, Energy<R>, R), Option<R>> {
         let number = convert::<f64, R>;
         let &StepRequest { gravity, settings, .. } = request;
-        let (power, capped) = self.assembled();
+        let (power, capped) =
+            if settings.integrator.is_explicit() { (R::zero(), R::zero()) } else { self.assembled() };
         // In single precision a thousand roundings, in double precision far more.
         let bound = R::default_epsilon().sqrt().min(number(1e-4));
         let solved = outcome.filter(|outcome| outcome.residual.is_finite() && outcome.residual <= bound);
@@ -183,21 +247,32 @@ impl<R: RealField + Copy> Island<R> {
         }
         let faded = self.control.most / (R::one() + h / number(MEMORY));
         let most = faded.max(before.moving).max(after.moving);
-        // An error estimate is more sensitive than energy.
-        if let Some(error) = outcome.error {
-            return if error <= settings.tolerance {
-                Ok((outcome, after, most))
-            } else {
-                Err(outcome.error.filter(|error| error.is_finite()))
-            };
+        if let Some(error) = outcome.error.filter(|error| *error > settings.tolerance || !error.is_finite()) {
+            return Err(Some(error).filter(|error| error.is_finite()));
+        }
+        // An error estimate of forces is more sensitive than energy, one of rigid rows alone is not.
+        if settings.integrator == Integrator::Rodas4 {
+            return Ok((outcome, after, most));
         }
         let noise = (before.terms + after.terms) * R::default_epsilon() * number(100.0);
-        // The power is of some time within the step; loads are constant, so their work is known better.
-        let work = power * h * number(2.0);
         let allowed = |share: R| most * share * (h / request.h) + noise;
         let most_grown = allowed(settings.energy_growth);
+        if let Some(work) = outcome.work {
+            let gained = grown - work > most_grown;
+            let lost = settings.energy_loss.is_some_and(|share| work - grown > allowed(share));
+            return if gained || lost { Err(None) } else { Ok((outcome, after, most)) };
+        }
+        // The power is of some time within the step; loads are constant, so their work is known better.
+        let work = power * h * number(2.0);
         let gained = grown > most_grown + work.max(R::zero()) && grown > most_grown + self.load_work(h);
         let lost = settings.energy_loss.is_some_and(|share| -grown > allowed(share) - work.min(R::zero()));
         if gained || lost { Err(None) } else { Ok((outcome, after, most)) }
     }
+}
+
+/// The factor to the next size of a step, at most `most`: the error is proportional to its fourth power.
+fn factor<R: RealField + Copy>(error: R, request: &StepRequest<'_, R>, most: R) -> R {
+    let number = convert::<f64, R>;
+    let share = (error / request.settings.tolerance).max(number(1e-8));
+    (number(0.9) / share.sqrt().sqrt()).max(number(0.2)).min(most)
 }

@@ -4,19 +4,23 @@
 //! between them, and the system of a step. Every island has copies of the kinematic bodies that its forces
 //! refer to.
 
+pub(crate) mod bundle;
 pub(crate) mod control;
+mod engine;
 mod topology;
 
 use crate::kernel::BodyKind;
+use crate::outside::Outside;
 use crate::report::Report;
 use crate::settings::Settings;
 use crate::state::{Member, Motion, Poses, Store, as_f64};
-use crate::step::{Integrator, Model, Outcome, Stepper};
-use crate::system::assemble::{Assembly, Fallback};
+use crate::step::packed::Packed;
+use crate::step::{Integrator, Outcome, Stepper};
+use crate::system::assemble::Fallback;
+
 use crate::system::batch::Batch;
-use crate::system::sparse::System;
-use nalgebra::{RealField, SVector, Vector3, convert};
-use std::collections::BTreeSet;
+use engine::Engine;
+use nalgebra::{RealField, Vector3, convert};
 
 /// The state of activity of an island.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,7 +44,20 @@ pub(crate) struct Island<R: RealField + Copy> {
     /// Whether something was removed, so the island may have split.
     pub(crate) maybe_split: bool,
     pub(crate) control: Control<R>,
-    engine: Engine<R>,
+    /// For implicit methods; `None` until one is used.
+    engine: Option<Engine<R>>,
+    /// For explicit methods; `None` until one is used.
+    packed: Option<Box<Packed<R, 1>>>,
+    /// The data that `packed` has read.
+    packed_version: u64,
+    packed_loads: u64,
+    /// Counts changes of parameters or masses, of loads, of states by calls, and of structure.
+    pub(crate) data_version: u64,
+    pub(crate) load_version: u64,
+    pub(crate) state_version: u64,
+    pub(crate) structure_version: u64,
+    /// −λ of rows that close loops, after the last accepted step.
+    pub(crate) multipliers: Vec<R>,
     /// The neighbours of each node, for cuts.
     neighbours: Vec<Vec<usize>>,
     /// States before the whole call, and before a step.
@@ -87,12 +104,6 @@ impl<R: RealField + Copy> Energy<R> {
     }
 }
 
-/// The data of a step, by block size.
-enum Engine<R: RealField + Copy> {
-    Three(Box<Model<R, 3>>),
-    Six(Box<Model<R, 6>>),
-}
-
 impl<R: RealField + Copy> Island<R> {
     pub(crate) fn new(origin: Vector3<f64>) -> Island<R> {
         Island {
@@ -110,7 +121,15 @@ impl<R: RealField + Copy> Island<R> {
                 cuts: 0,
                 warm: false,
             },
-            engine: Engine::Three(Box::new(Model::new(Assembly::default()))),
+            engine: None,
+            packed: None,
+            packed_version: 0,
+            packed_loads: 0,
+            data_version: 1,
+            load_version: 1,
+            state_version: 1,
+            structure_version: 0,
+            multipliers: Vec::new(),
             neighbours: Vec::new(),
             frame: Poses::default(),
             saved: Poses::default(),
@@ -120,6 +139,8 @@ impl<R: RealField + Copy> Island<R> {
     /// After a change of bodies or forces: invalidates the memory of step control and ends sleep.
     pub(crate) fn wake(&mut self) {
         self.control.energy = None;
+        self.data_version += 1;
+        self.state_version += 1;
         self.forget();
         self.wake_for_load();
     }
@@ -144,10 +165,11 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// The index of the batch with the same kernel; adds one if necessary.
+    /// The index of the batch with the same kernel and law; adds one if necessary.
     pub(crate) fn batch_like(&mut self, model: &dyn Batch<R>) -> usize {
-        let wanted = model.as_any().type_id();
-        match self.batches.iter().position(|batch| batch.as_any().type_id() == wanted) {
+        let wanted = (model.as_any().type_id(), model.is_rigid());
+        let kind = |batch: &dyn Batch<R>| (batch.as_any().type_id(), batch.is_rigid());
+        match self.batches.iter().position(|batch| kind(batch.as_ref()) == wanted) {
             Some(batch) => batch,
             None => {
                 self.batches.push(model.empty());
@@ -156,70 +178,16 @@ impl<R: RealField + Copy> Island<R> {
         }
     }
 
-    /// Renumbers nodes and rebuilds the system, if bodies or forces changed.
-    pub(crate) fn prepare(&mut self) {
+    /// Ends what a change of bodies or forces makes invalid; `version` is that of the new structure.
+    pub(crate) fn prepare(&mut self, version: u64) {
         if !std::mem::take(&mut self.changed) {
             return;
         }
         self.batches.retain(|batch| !batch.entries().is_empty());
-        let mut count = 0;
-        let nodes = self.store.members.each_ref().map(|members| {
-            let number = |motion| {
-                let moved = motion != Motion::Kinematic;
-                count += usize::from(moved);
-                moved.then(|| count - 1)
-            };
-            members.iter().map(|member| member.motion).map(number).collect::<Vec<_>>()
-        });
-        let mut neighbours = vec![BTreeSet::new(); count];
-        for batch in &self.batches {
-            for at in 0..batch.entries().len() {
-                let bodies = batch.kinds().iter().zip(batch.indices(at));
-                let own: Vec<usize> =
-                    bodies.filter_map(|(&kind, &index)| nodes[kind as usize][index]).collect();
-                for &a in &own {
-                    neighbours[a].extend(own.iter().filter(|&&b| b != a));
-                }
-            }
-        }
-        let turns = self.store.members[0].iter().any(|member| member.motion != Motion::Kinematic);
-        self.engine = if turns {
-            Engine::Six(Box::new(self.model(nodes, neighbours)))
-        } else {
-            Engine::Three(Box::new(self.model(nodes, neighbours)))
-        };
         self.control.energy = None;
-    }
-
-    fn model<const D: usize>(
-        &mut self,
-        mut nodes: [Vec<Option<usize>>; 2],
-        neighbours: Vec<BTreeSet<usize>>,
-    ) -> Model<R, D> {
-        let (system, place) = System::<R, D>::new(&neighbours);
-        for node in nodes.iter_mut().flatten().flatten() {
-            *node = place[*node];
-        }
-        self.neighbours = vec![Vec::new(); place.len()];
-        for (node, near) in neighbours.into_iter().enumerate() {
-            self.neighbours[place[node]] = near.into_iter().map(|other| place[other]).collect();
-        }
-        for batch in &mut self.batches {
-            batch.place(&|(kind, row), (other, column)| {
-                let row = nodes[kind as usize][row]?;
-                Some(system.place(row, nodes[other as usize][column]?))
-            });
-        }
-        let zeros = vec![SVector::zeros(); place.len()];
-        Model::new(Assembly {
-            system,
-            force: zeros.clone(),
-            drift: zeros.clone(),
-            driven: zeros.clone(),
-            momentum: zeros,
-            nodes,
-            ..Assembly::default()
-        })
+        (self.engine, self.packed) = (None, None);
+        self.data_version += 1;
+        self.structure_version = version;
     }
 
     /// Energy and the largest constraint violation at the present state.
@@ -279,6 +247,7 @@ impl<R: RealField + Copy> Island<R> {
     /// Invalidates what bodies and forces store from the last step.
     fn forget(&mut self) {
         self.control.warm = false;
+        self.multipliers.clear();
         self.batches.iter_mut().for_each(|batch| batch.forget());
     }
 
@@ -287,30 +256,90 @@ impl<R: RealField + Copy> Island<R> {
         &mut self,
         h: R,
         fallback: Fallback<R>,
-        gravity: Vector3<R>,
+        outside: &Outside<'_, R>,
         settings: &Settings<R>,
         report: &mut Report,
     ) -> Option<Outcome<R>> {
         self.store.save(&mut self.saved);
+        if settings.integrator.is_explicit() {
+            return Some(self.attempt_packed(h, outside, settings.integrator));
+        }
+        let mut engine = match self.engine.take() {
+            Some(engine) => engine,
+            None => self.build(),
+        };
         self.batches.iter_mut().for_each(|batch| batch.begin());
-        let parts = self.cut(settings);
-        let Island { store, saved, batches, engine, control, .. } = self;
+        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
+        // Rows of parts would not be those of the whole.
+        let parts = if has_rows { Vec::new() } else { self.cut(settings) };
+        let Island { store, saved, batches, control, .. } = self;
         // Forces are not balanced across parts.
         let (solver, warm) = (settings.solver, control.warm && parts.is_empty());
-        match engine {
+        let outcome = match &mut engine {
             Engine::Three(model) => {
                 model.assembly.fallback = fallback;
                 model.assembly.system.parts = parts;
-                Stepper { store, saved, batches, model, gravity, solver, warm, report }
+                Stepper { store, saved, batches, model, outside, clock: R::zero(), solver, warm, report }
                     .step(h, settings.integrator)
             }
             Engine::Six(model) => {
                 model.assembly.fallback = fallback;
                 model.assembly.system.parts = parts;
-                Stepper { store, saved, batches, model, gravity, solver, warm, report }
+                Stepper { store, saved, batches, model, outside, clock: R::zero(), solver, warm, report }
                     .step(h, settings.integrator)
             }
+        };
+        self.engine = Some(engine);
+        if has_rows && outcome.is_some() {
+            self.in_lanes(|packed, store| {
+                packed.project();
+                packed.scatter(0, store);
+            });
         }
+        outcome
+    }
+
+    fn attempt_packed(&mut self, h: R, outside: &Outside<'_, R>, integrator: Integrator) -> Outcome<R> {
+        self.in_lanes(|packed, store| {
+            let stepped = packed.step(h, outside, integrator);
+            packed.scatter(0, store);
+            stepped.outcome(0, packed.has_rows())
+        })
+    }
+
+    /// Works on the present state in the form of lanes, of which there is one.
+    fn in_lanes<T>(&mut self, work: impl FnOnce(&mut Packed<R, 1>, &mut Store<R>) -> T) -> T {
+        let Island { store, batches, origin, packed, packed_version, packed_loads, multipliers, .. } = self;
+        let (data_version, load_version) = (&self.data_version, &self.load_version);
+        if packed.is_none() {
+            (*packed_version, *packed_loads) = (0, 0);
+        }
+        let packed = packed.get_or_insert_with(|| Box::new(Packed::new(store, batches, pulp::Arch::new())));
+        if std::mem::replace(packed_version, *data_version) != *data_version {
+            packed.gather(&[(store, batches, *origin)]);
+        }
+        if std::mem::replace(packed_loads, *load_version) != *load_version {
+            packed.read_loads(0, store);
+        }
+        packed.read(0, store, multipliers);
+        work(packed, store)
+    }
+
+    /// Saves the states before a step.
+    pub(crate) fn save(&mut self) {
+        self.store.save(&mut self.saved);
+    }
+
+    /// What islands that step in lanes must have in common: which bodies move, and which forces act on them.
+    pub(crate) fn structure(&self) -> impl Ord + use<R> {
+        let moves = self.store.members.each_ref().map(|members| {
+            members.iter().map(|member| member.motion != Motion::Kinematic).collect::<Vec<bool>>()
+        });
+        let batch = |batch: &dyn Batch<R>| {
+            let indices = (0..batch.entries().len()).flat_map(|at| batch.indices(at).to_vec());
+            (batch.as_any().type_id(), batch.is_rigid(), indices.collect::<Vec<usize>>())
+        };
+        (moves, self.batches.iter().map(|it| batch(it.as_ref())).collect::<Vec<_>>())
     }
 
     pub(crate) fn restore(&mut self) {
@@ -320,11 +349,17 @@ impl<R: RealField + Copy> Island<R> {
     /// After an accepted step: stores multipliers and rates, but no rates of modified forces.
     pub(crate) fn keep(&mut self, integrator: Integrator, fallback: Fallback<R>) {
         self.batches.iter_mut().for_each(|batch| batch.keep());
-        self.control.warm = integrator == Integrator::GeneralizedAlpha && fallback == Fallback::None;
+        if let Some(packed) = self.packed.as_ref().filter(|_| integrator.is_explicit()) {
+            packed.write_multipliers(0, &mut self.multipliers);
+        }
+        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
+        let alpha = integrator == Integrator::GeneralizedAlpha && !has_rows;
+        self.control.warm = alpha && fallback == Fallback::None;
         if self.control.warm {
             match &self.engine {
-                Engine::Three(model) => model.keep_rates(&mut self.store),
-                Engine::Six(model) => model.keep_rates(&mut self.store),
+                Some(Engine::Three(model)) => model.keep_rates(&mut self.store),
+                Some(Engine::Six(model)) => model.keep_rates(&mut self.store),
+                None => {}
             }
         }
     }
@@ -333,12 +368,13 @@ impl<R: RealField + Copy> Island<R> {
     /// was too stiff: infinite if a mass is negligible in rounding.
     pub(crate) fn assembled(&self) -> (R, R) {
         let (power, capped, mass_negligible) = match &self.engine {
-            Engine::Three(model) => {
+            Some(Engine::Three(model)) => {
                 (model.assembly.power, model.assembly.capped, model.assembly.mass_negligible)
             }
-            Engine::Six(model) => {
+            Some(Engine::Six(model)) => {
                 (model.assembly.power, model.assembly.capped, model.assembly.mass_negligible)
             }
+            None => (R::zero(), R::zero(), false),
         };
         (power, if mass_negligible { R::one() / R::zero() } else { capped })
     }
@@ -347,8 +383,9 @@ impl<R: RealField + Copy> Island<R> {
     pub(crate) fn interpolate(&self, kind: BodyKind, index: usize, alpha: R) -> Option<crate::Rigid<R>> {
         let saved = self.saved.get(kind, index)?;
         match &self.engine {
-            Engine::Three(model) => model.interpolate(kind, index, alpha, saved),
-            Engine::Six(model) => model.interpolate(kind, index, alpha, saved),
+            Some(Engine::Three(model)) => model.interpolate(kind, index, alpha, saved),
+            Some(Engine::Six(model)) => model.interpolate(kind, index, alpha, saved),
+            None => None,
         }
     }
 

@@ -65,7 +65,7 @@ where
         for (a, rate) in auxiliary.iter_mut().zip(rates) {
             *a += *rate * number(share);
         }
-        Some(Outcome { residual, error: None })
+        Some(Outcome { residual, error: None, work: None })
     }
 }
 

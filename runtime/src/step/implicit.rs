@@ -19,6 +19,10 @@ const LINEARISATIONS: usize = 3;
 /// 1e-4 of its arm, which the next step corrects.
 const FAR: f64 = 0.016;
 
+/// The same, and the most linearisations, with rigid rows, which no stiffness lets give way.
+const CLOSED: f64 = 1e-4;
+const LINEARISATIONS_OF_ROWS: usize = 8;
+
 /// The same for an energy, whose derivatives contain the full error.
 const NEAR: f64 = 0.002;
 
@@ -40,7 +44,7 @@ where
             *x = *v * h;
         }
         self.set(h);
-        Some(Outcome { residual, error: None })
+        Some(Outcome { residual, error: None, work: None })
     }
 
     /// Alexander's method: v₁ = v₀ + hγ a₁, v₂ = v₀ + h(1−γ) a₁ + hγ a₂, and likewise for poses. The second
@@ -67,7 +71,7 @@ where
             x
         })?;
         self.set(h);
-        Some(Outcome { residual: first.max(second), error: None })
+        Some(Outcome { residual: first.max(second), error: None, work: None })
     }
 
     /// Solves one stage: v = o + a `step` with o = `stages[1][0]`, and the pose `at(stages[1][1], v)`;
@@ -89,7 +93,10 @@ where
         }
         let held = self.batches.iter().any(|batch| batch.has_multipliers());
         let far = if held && !self.batches.iter().any(|batch| batch.is_energy()) { FAR } else { NEAR };
-        for left in (0..LINEARISATIONS).rev() {
+        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
+        let (far, linearisations) =
+            if has_rows { (CLOSED, LINEARISATIONS_OF_ROWS) } else { (far, LINEARISATIONS) };
+        for left in (0..linearisations).rev() {
             self.set(time);
             let Model { assembly, velocity, stages: [_, [origin, ..]], .. } = &mut *self.model;
             for ((momentum, v), origin) in assembly.momentum.iter_mut().zip(velocity).zip(origin) {
@@ -107,9 +114,12 @@ where
             }
             let Model { assembly, velocity, pose, stages: [_, [_, before, ..]], .. } = &mut *self.model;
             let mut turned = R::zero();
-            for (((x, v), change), before) in
-                pose.iter_mut().zip(velocity).zip(&assembly.system.rhs).zip(before)
+            for ((((x, v), change), before), is_joint) in
+                pose.iter_mut().zip(velocity).zip(&assembly.system.rhs).zip(before).zip(&assembly.is_joint)
             {
+                if *is_joint {
+                    continue;
+                }
                 *v += *change;
                 turned = turned.max(angular(change).norm_squared());
                 *x = at(before, v);

@@ -8,14 +8,16 @@
 //! block of K contains `[τ]× − I [α]×`, because the inertia turns with the body; τ is the total torque, or Iα
 
 mod alpha;
-mod explicit;
 mod implicit;
 mod model;
+pub(crate) mod packed;
 mod rodas4;
+mod runge_kutta;
 
 pub(crate) use model::Model;
 
 use crate::kernel::bodies::{Particle, Rigid};
+use crate::outside::Outside;
 use crate::report::{Report, span};
 use crate::state::{Poses, Store, moved};
 use crate::system::assemble::{Assembly, Wants};
@@ -50,6 +52,13 @@ pub enum Integrator {
     RungeKutta4,
 }
 
+impl Integrator {
+    /// Whether the method solves for accelerations alone.
+    pub(crate) fn is_explicit(self) -> bool {
+        matches!(self, Integrator::SymplecticEuler | Integrator::RungeKutta4)
+    }
+}
+
 /// The block products per node above which iterations are cheaper than elimination: about the number for a
 /// square cloth of 200 × 200 particles.
 const MOST_PRODUCTS: usize = 20_000;
@@ -61,7 +70,9 @@ pub(crate) struct Stepper<'a, R: RealField, const D: usize> {
     pub(crate) saved: &'a Poses<R>,
     pub(crate) batches: &'a mut [Box<dyn Batch<R>>],
     pub(crate) model: &'a mut Model<R, D>,
-    pub(crate) gravity: Vector3<R>,
+    pub(crate) outside: &'a Outside<'a, R>,
+    /// The time of the present state since the start of the step.
+    pub(crate) clock: R,
     pub(crate) solver: Solver,
     /// Whether the rates stored in the bodies belong to the present state.
     pub(crate) warm: bool,
@@ -74,6 +85,8 @@ pub(crate) struct Outcome<R> {
     pub(crate) residual: R,
     /// The estimated error at the end, m and rad, if the method estimates it.
     pub(crate) error: Option<R>,
+    /// The work of forces without potential, loads and kinematic bodies, J, if the method computes it.
+    pub(crate) work: Option<R>,
 }
 
 /// Wraps an assembly of either block size for batches.
@@ -105,14 +118,16 @@ where
             vectors.resize(nodes, SVector::zeros());
         }
         self.gather();
+        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
         match integrator {
+            Integrator::GeneralizedAlpha | Integrator::Rodas4 if has_rows => self.sdirk2(h),
             Integrator::LinearlyImplicitEuler => self.implicit_euler(h, true),
             Integrator::PaperEuler => self.implicit_euler(h, false),
             Integrator::Sdirk2 => self.sdirk2(h),
             Integrator::GeneralizedAlpha => self.generalized_alpha(h),
             Integrator::Rodas4 => self.rodas4(h),
-            Integrator::SymplecticEuler => self.symplectic_euler(h),
-            Integrator::RungeKutta4 => self.runge_kutta(h),
+            // Explicit methods are those of `packed`.
+            Integrator::SymplecticEuler | Integrator::RungeKutta4 => None,
         }
     }
     /// Reads the initial velocities from the bodies.
@@ -137,6 +152,7 @@ where
 
     /// Sets bodies to the model's poses, relative to the saved ones, and velocities; moves kinematic bodies.
     fn set(&mut self, time: R) {
+        self.clock = time;
         let Model { assembly, velocity, pose, .. } = &*self.model;
         for (k, (body, node)) in self.store.rigid.iter_mut().zip(&assembly.nodes[0]).enumerate() {
             let saved = &self.saved.rigid[k];
@@ -169,7 +185,10 @@ where
         for batch in self.batches.iter_mut() {
             batch.assemble(&self.store.bodies(), out.sums());
         }
-        out.add_bodies(self.store, self.gravity);
+        out.add_bodies(self.store, self.outside, self.clock);
+        if wants.matrix {
+            out.regularize();
+        }
         self.report.assembly += timer.elapsed();
     }
 
@@ -181,7 +200,10 @@ where
         let system = &mut assembly.system;
         let tolerance = R::default_epsilon().sqrt() * convert(0.1);
         let iterate = system.products() > MOST_PRODUCTS * system.nodes();
+        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
         let method = match self.solver {
+            // The system of rigid rows is not definite.
+            _ if has_rows => Solver::Direct,
             Solver::Automatic if iterate => Solver::BiCgStab,
             Solver::Automatic => Solver::Direct,
             chosen => chosen,

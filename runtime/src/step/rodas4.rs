@@ -4,7 +4,6 @@
 //! relative residual of the stages, an error estimate from the embedded method of order three, and the
 //! polynomials of dense output in the model.
 
-use super::explicit::pose_rate;
 use super::{BlockSize, Model, Outcome, Stepper, each_mass};
 use crate::system::assemble::{Assembly, Wants};
 use crate::system::inertia::{Frame, add_angular, add_linear, angular, linear};
@@ -58,7 +57,7 @@ where
             error = error.max(stages[0][5][node].amax()).max(stages[1][5][node].amax() * h);
         }
         self.set(h);
-        Some(Outcome { residual, error: Some(error) })
+        Some(Outcome { residual, error: Some(error), work: None })
     }
 
     /// Solves one stage for u at the present state; returns the residual.
@@ -182,4 +181,25 @@ mod rodas {
         [10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662],
         [-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872],
     ];
+}
+
+/// δ̇ of a pose: v, and dexp⁻¹_θ(ω) = ω − ½ θ×ω + (1 − |θ|/2 cot(|θ|/2)) / |θ|² θ×(θ×ω).
+fn pose_rate<R: RealField + Copy, const D: usize>(
+    pose: &SVector<R, D>,
+    velocity: &SVector<R, D>,
+) -> SVector<R, D> {
+    let number = convert::<f64, R>;
+    let (turn, spin) = (angular(pose), angular(velocity));
+    let square = turn.norm_squared();
+    // For smaller angles the series is exact to rounding: its next term is |θ|⁴/30240.
+    let factor = if square < number(1e-4) {
+        number(1.0 / 12.0) + square * number(1.0 / 720.0)
+    } else {
+        let half = square.sqrt() * number(0.5);
+        (R::one() - half / half.tan()) / square
+    };
+    let across = turn.cross(&spin);
+    let mut rate = *velocity;
+    add_angular(&mut rate, turn.cross(&across) * factor - across * number(0.5));
+    rate
 }

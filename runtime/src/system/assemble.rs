@@ -44,6 +44,10 @@ pub(crate) struct Assembly<R: RealField, const D: usize> {
     /// The requested sums, in addition to F.
     pub(crate) wants: Wants,
     pub(crate) fallback: Fallback<R>,
+    /// Joints that close loops; their rows may repeat others.
+    pub(crate) closing: Vec<Closing>,
+    /// Whether a node is a joint.
+    pub(crate) is_joint: Vec<bool>,
     /// The power of forces without potential, loads and kinematic bodies.
     pub(crate) power: R,
     /// The largest factor by which a force was too stiff, over forces that were scaled down.
@@ -83,6 +87,8 @@ impl<R: RealField + Copy, const D: usize> Default for Assembly<R, D> {
             stiffness: R::zero(),
             wants: Wants::default(),
             fallback: Fallback::None,
+            closing: Vec::new(),
+            is_joint: Vec::new(),
             power: R::zero(),
             capped: R::zero(),
             mass_negligible: false,
@@ -120,6 +126,28 @@ pub(crate) struct Local<'a, R> {
     pub(crate) force: &'a [R],
     pub(crate) derivatives: Derivatives<'a, R>,
 }
+
+/// The rigid rows of a constraint.
+#[derive(Clone, Copy)]
+pub(crate) struct Rows<'a, R> {
+    /// The node of its multipliers.
+    pub(crate) joint: usize,
+    /// J, row by row.
+    pub(crate) jacobian: &'a [R],
+    /// The positions of the blocks of each body, in the rows and in its own equations.
+    pub(crate) places: &'a [Option<[usize; 2]>],
+}
+
+/// A joint that closes a loop: its node, and the bodies' nodes with the positions of their blocks in its rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Closing {
+    pub(crate) joint: usize,
+    pub(crate) rows: usize,
+    pub(crate) bodies: Vec<(usize, usize)>,
+}
+
+/// ε of rows that close loops, relative to what the rows feel of their bodies.
+const REGULARIZATION: f64 = 1e-8;
 
 /// Marks a pair without a block in the system.
 pub(crate) const NOWHERE: u32 = u32::MAX;
@@ -170,6 +198,52 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
                 self.add_modified::<K>(bodies, local, [dfdx, dfdv], Some(most));
             }
             _ => self.add_exact::<K>(bodies, local),
+        }
+    }
+
+    /// Adds the rows and columns of a joint, and −Ċ as what the rows of the solution have to be.
+    pub(crate) fn add_rows<K: Kernel<Real = R>>(
+        &mut self,
+        bodies: &Bodies<'_, R>,
+        indices: &[usize],
+        rows: &Rows<'_, R>,
+    ) {
+        let node = rows.joint;
+        self.momentum.get_mut(node).into_iter().for_each(|x| *x = SVector::zeros());
+        if self.wants.matrix {
+            for i in K::ROWS..D {
+                self.system.blocks[node].0[i][i] = R::one();
+            }
+        }
+        let mut column = 0;
+        for ((&kind, &index), place) in K::BODIES.iter().zip(indices).zip(rows.places) {
+            let velocity = velocity(bodies, kind, index);
+            for i in 0..K::ROWS {
+                let row = &rows.jacobian[i * K::DOFS + column..][..kind.dofs()];
+                let rate = row.iter().zip(velocity.iter()).fold(R::zero(), |sum, (&j, &v)| sum + j * v);
+                self.force[node][i] -= rate / self.damping;
+                if let Some([own, across]) = place.filter(|_| self.wants.matrix) {
+                    for (j, &entry) in row.iter().enumerate() {
+                        self.system.blocks[own].0[i][j] += entry;
+                        self.system.blocks[across].0[j][i] += entry;
+                    }
+                }
+            }
+            column += kind.dofs();
+        }
+    }
+
+    /// Gives rows that close loops a pivot, after all else.
+    pub(crate) fn regularize(&mut self) {
+        let blocks = &mut self.system.blocks;
+        for Closing { joint, rows, bodies } in &self.closing {
+            for i in 0..*rows {
+                let felt = bodies.iter().fold(R::zero(), |sum, &(body, place)| {
+                    let each = (0..D).map(|j| blocks[place].0[i][j].powi(2) / blocks[body].0[j][j].abs());
+                    each.fold(sum, |sum, x| sum + x)
+                });
+                blocks[*joint].0[i][i] -= felt * convert(REGULARIZATION);
+            }
         }
     }
 

@@ -4,8 +4,9 @@
 //! evaluates the forces one by one, with only the required derivatives, and adds them to the system of the
 //! step.
 
-use crate::kernel::{Bodies, BodyKind, Kernel, Linear, Measure};
-use crate::system::assemble::{Assembly, Derivatives, Local, NOWHERE, Need};
+use crate::kernel::{Bodies, BodyKind, Kernel, Linear, Measure, Saddle};
+use crate::system::assemble::{Assembly, Derivatives, Local, NOWHERE, Need, Rows, Wants};
+use crate::system::lane_batch;
 use nalgebra::{RealField, zero};
 use std::any::Any;
 
@@ -20,6 +21,12 @@ pub(crate) trait Batch<R: RealField>: Send {
     fn assemble(&mut self, bodies: &Bodies<'_, R>, out: Sums<'_, R>);
     /// Whether the forces have multipliers.
     fn has_multipliers(&self) -> bool;
+    /// Whether the forces are rigid rows, whose multipliers are unknowns.
+    fn is_rigid(&self) -> bool;
+    /// The number of rows of each force.
+    fn rows(&self) -> usize;
+    /// An empty batch in lanes, a `Box<dyn LaneBatch<R, L>>` for this L, to be downcast.
+    fn in_lanes(&self, lanes: usize) -> Box<dyn Any>;
     /// Whether the forces have an energy and no multipliers.
     fn is_energy(&self) -> bool;
     /// Before a step: starts with λ of the last accepted step.
@@ -34,6 +41,13 @@ pub(crate) trait Batch<R: RealField>: Send {
     fn forget(&mut self);
     /// Updates the positions of blocks in the system.
     fn place(&mut self, block: &dyn Fn((BodyKind, usize), (BodyKind, usize)) -> Option<usize>);
+    /// Updates the nodes of rigid rows, and the positions of their blocks: those of a body in the rows, and of
+    /// the rows in the equations of a body.
+    fn place_rows(
+        &mut self,
+        nodes: Vec<usize>,
+        block: &dyn Fn(usize, (BodyKind, usize)) -> Option<[usize; 2]>,
+    );
     /// The energy of all forces, and the largest constraint violation.
     fn measure(&self, bodies: &Bodies<'_, R>) -> Measure<R>;
     /// An empty batch of the same kernel.
@@ -66,15 +80,24 @@ pub(crate) trait Batch<R: RealField>: Send {
 }
 
 pub(crate) struct Forces<K: Kernel> {
+    /// Whether these are rigid rows.
+    pub(crate) rigid: bool,
     kernel: K,
     force: K::Force,
     step: K::Step,
     pub(crate) params: Vec<K::Params>,
-    indices: Vec<K::Indices>,
+    pub(crate) indices: Vec<K::Indices>,
     entries: Vec<usize>,
     /// The block position of each pair of bodies, for each force.
     places: Vec<u32>,
-    /// λ of each force after the last accepted step, and in the present step; each with its validity.
+    /// Of rigid rows: the node of each force, and the positions of its blocks with each body.
+    joints: Vec<usize>,
+    row_places: Vec<Option<[usize; 2]>>,
+    saddle: K::Saddle,
+    /// Jᵀ times multipliers, and zeros for its derivative by velocities.
+    pull: (Vec<K::Real>, Vec<K::Real>),
+    /// λ of each force after the last accepted step, and in the present step; each with its validity. Of rigid
+    /// rows −λ, with which they pull by Jᵀ.
     kept: (Vec<K::Real>, bool),
     held: (Vec<K::Real>, bool),
     /// Whether a solution of the present step has predicted λ.
@@ -86,6 +109,7 @@ pub(crate) struct Forces<K: Kernel> {
 impl<K: Kernel> Default for Forces<K> {
     fn default() -> Forces<K> {
         Forces {
+            rigid: false,
             kernel: K::default(),
             force: K::Force::default(),
             step: K::Step::default(),
@@ -93,6 +117,10 @@ impl<K: Kernel> Default for Forces<K> {
             indices: Vec::new(),
             entries: Vec::new(),
             places: Vec::new(),
+            joints: Vec::new(),
+            row_places: Vec::new(),
+            saddle: K::Saddle::default(),
+            pull: (Vec::new(), Vec::new()),
             kept: (Vec::new(), false),
             held: (Vec::new(), false),
             predicted: false,
@@ -102,6 +130,11 @@ impl<K: Kernel> Default for Forces<K> {
 }
 
 impl<K: Kernel> Forces<K> {
+    /// No forces yet; rigid rows or others.
+    pub(crate) fn new(rigid: bool) -> Forces<K> {
+        Forces { rigid, ..Forces::default() }
+    }
+
     pub(crate) fn push(&mut self, params: K::Params, indices: K::Indices, entry: usize) {
         self.params.push(params);
         self.indices.push(indices);
@@ -144,7 +177,44 @@ impl<K: Kernel> Forces<K> {
         self.held.1 |= matches!(need, Need::Step { .. });
     }
 
+    /// Adds rigid rows: Jᵀ times their multipliers as a force, with its derivative; J as rows and columns; and
+    /// what J times the solution has to be: −Ċ.
+    fn add_rows<const D: usize>(&mut self, bodies: &Bodies<'_, K::Real>, out: &mut Assembly<K::Real, D>) {
+        let (pairs, count) = (K::BODIES.len() * K::BODIES.len(), K::BODIES.len());
+        let Forces { pull: (force, none), saddle, .. } = self;
+        force.resize(K::DOFS, zero());
+        none.resize(if out.wants.drift { K::DOFS * K::DOFS } else { 0 }, zero());
+        for (at, (params, &indices)) in self.params.iter().zip(&self.indices).enumerate() {
+            let held = &self.held.0[at * K::ROWS..][..K::ROWS];
+            let Saddle { jacobian, geometric, .. } = K::saddle(saddle, bodies, indices, params, held);
+            force.fill(zero());
+            for (row, &multiplier) in jacobian.chunks_exact(K::DOFS).zip(held) {
+                force.iter_mut().zip(row).for_each(|(sum, &entry)| *sum += entry * multiplier);
+            }
+            let derivatives = match out.wants {
+                Wants { drift: true, .. } => Derivatives::Apart(geometric, none),
+                Wants { matrix: true, .. } => Derivatives::Step(geometric, out.stiffness),
+                _ => Derivatives::None,
+            };
+            let places = &self.places[at * pairs..][..pairs];
+            let local = Local { indices: indices.as_ref(), places, force, derivatives };
+            out.add::<K>(bodies, &local);
+            let rows =
+                Rows { joint: self.joints[at], jacobian, places: &self.row_places[at * count..][..count] };
+            out.add_rows::<K>(bodies, indices.as_ref(), &rows);
+        }
+        self.held.1 = true;
+    }
+
     fn predict_all<const D: usize>(&mut self, out: &Assembly<K::Real, D>) {
+        if self.rigid {
+            for (&joint, held) in self.joints.iter().zip(self.held.0.chunks_exact_mut(K::ROWS)) {
+                let solution = &out.system.rhs[joint];
+                held.iter_mut().zip(solution.iter()).for_each(|(held, &x)| *held -= x / out.damping);
+            }
+            self.predicted = true;
+            return;
+        }
         if K::ROWS == 0 || self.linear.is_empty() {
             return;
         }
@@ -178,14 +248,28 @@ impl<K: Kernel> Forces<K> {
 
 impl<K: Kernel> Batch<K::Real> for Forces<K> {
     fn assemble(&mut self, bodies: &Bodies<'_, K::Real>, out: Sums<'_, K::Real>) {
-        match out {
-            Sums::Three(out) => self.add_all(bodies, out),
-            Sums::Six(out) => self.add_all(bodies, out),
+        match (out, self.rigid) {
+            (Sums::Three(out), false) => self.add_all(bodies, out),
+            (Sums::Six(out), false) => self.add_all(bodies, out),
+            (Sums::Three(out), true) => self.add_rows(bodies, out),
+            (Sums::Six(out), true) => self.add_rows(bodies, out),
         }
     }
 
     fn has_multipliers(&self) -> bool {
         K::ROWS > 0
+    }
+
+    fn is_rigid(&self) -> bool {
+        self.rigid
+    }
+
+    fn rows(&self) -> usize {
+        K::ROWS
+    }
+
+    fn in_lanes(&self, lanes: usize) -> Box<dyn Any> {
+        lane_batch::empty::<K>(self.rigid, lanes)
     }
 
     fn is_energy(&self) -> bool {
@@ -195,6 +279,9 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
     fn begin(&mut self) {
         self.held.0.clone_from(&self.kept.0);
         self.held.1 = self.kept.1;
+        if self.rigid && !self.kept.1 {
+            self.held.0.fill(zero());
+        }
         self.predicted = false;
     }
 
@@ -225,12 +312,27 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
         }
     }
 
+    fn place_rows(
+        &mut self,
+        nodes: Vec<usize>,
+        block: &dyn Fn(usize, (BodyKind, usize)) -> Option<[usize; 2]>,
+    ) {
+        self.row_places.clear();
+        for (indices, &node) in self.indices.iter().zip(&nodes) {
+            let bodies = K::BODIES.iter().copied().zip(indices.as_ref().iter().copied());
+            self.row_places.extend(bodies.map(|body| block(node, body)));
+        }
+        self.joints = nodes;
+    }
+
     fn measure(&self, bodies: &Bodies<'_, K::Real>) -> Measure<K::Real> {
         let mut sum = Measure::<K::Real>::default();
         if K::HAS_POTENTIAL {
             for (params, indices) in self.params.iter().zip(&self.indices) {
                 let one = K::measure(bodies, *indices, params);
-                sum.energy += one.energy;
+                if !self.rigid {
+                    sum.energy += one.energy;
+                }
                 sum.max_violation = sum.max_violation.max(one.max_violation);
             }
         }
@@ -238,7 +340,7 @@ impl<K: Kernel> Batch<K::Real> for Forces<K> {
     }
 
     fn empty(&self) -> Box<dyn Batch<K::Real>> {
-        Box::new(Forces::<K>::default())
+        Box::new(Forces::<K>::new(self.rigid))
     }
 
     fn copy_to(&self, at: usize, other: &mut dyn Batch<K::Real>, body: &dyn Fn(BodyKind, usize) -> usize) {

@@ -4,14 +4,31 @@
 //! body added. Also R I Rᵀ of a rigid body, and the linear and angular parts of vectors with three or six
 //! entries per node.
 
-use crate::kernel::bodies::Rigid;
-use crate::state::Store;
+use crate::kernel::BodyKind;
+use crate::kernel::bodies::{Rigid, Wrench};
+use crate::outside::Outside;
+use crate::state::{Member, Store};
 use crate::system::assemble::Assembly;
-use nalgebra::{Matrix3, RealField, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, RealField, SVector, Vector3, Vector6, convert};
 
 impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
-    /// Adds inertia, gravity, loads and gyroscopic torques, after all forces.
-    pub(crate) fn add_bodies(&mut self, store: &Store<R>, gravity: Vector3<R>) {
+    /// Adds inertia, gravity, loads and gyroscopic torques, after all forces; `clock` is the time since the
+    /// start of the step.
+    pub(crate) fn add_bodies(&mut self, store: &Store<R>, outside: &Outside<'_, R>, clock: R) {
+        let gravity = outside.gravity;
+        let load = |kind: BodyKind, index: usize, member: &Member<R>| {
+            let mut load = member.load;
+            if let Some(loads) = outside.loads {
+                let mut body = store.get(kind, index);
+                body.position += outside.origin.map(convert::<f64, R>);
+                let Wrench { force, torque } = loads(outside.time + clock, member.handle(kind), &body);
+                for i in 0..3 {
+                    load[i] += force[i];
+                    load[3 + i] += torque[i];
+                }
+            }
+            load
+        };
         for (index, (body, member)) in store.rigid.iter().zip(&store.members[0]).enumerate() {
             let (Some((mass, moments)), Some(node)) = (member.inertia(), self.nodes[0][index]) else {
                 continue;
@@ -20,7 +37,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
             let inertia = frame.inertia();
             let spin = body.angular_velocity;
             let momentum = inertia * spin;
-            self.add_load(node, member.load, body.velocity, spin);
+            self.add_load(node, load(BodyKind::Rigid, index, member), body.velocity, spin);
             add_linear(&mut self.force[node], gravity * mass);
             add_angular(&mut self.force[node], momentum.cross(&spin));
             if self.wants.momentum {
@@ -57,7 +74,7 @@ impl<R: RealField + Copy, const D: usize> Assembly<R, D> {
         }
         for (index, (body, member)) in store.particles.iter().zip(&store.members[1]).enumerate() {
             let (Some((mass, _)), Some(node)) = (member.inertia(), self.nodes[1][index]) else { continue };
-            self.add_load(node, member.load, body.velocity, Vector3::zeros());
+            self.add_load(node, load(BodyKind::Particle, index, member), body.velocity, Vector3::zeros());
             add_linear(&mut self.force[node], gravity * mass);
             if self.wants.momentum {
                 self.momentum[node] *= mass;

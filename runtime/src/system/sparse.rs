@@ -7,6 +7,7 @@
 //! residual. [`iterative`](crate::system::iterative) contains other solvers.
 
 use crate::system::block::Block;
+use crate::system::order::eliminate;
 use nalgebra::{RealField, SVector};
 use std::collections::BTreeSet;
 
@@ -38,32 +39,23 @@ pub(crate) struct System<R: RealField, const D: usize> {
 
 impl<R: RealField + Copy, const D: usize> Default for System<R, D> {
     fn default() -> System<R, D> {
-        System::new(&[]).0
+        System::new(&[], &[]).0
     }
 }
 
 impl<R: RealField + Copy, const D: usize> System<R, D> {
-    /// A system for nodes with these neighbours, and each node's position in the elimination order.
-    pub(crate) fn new(neighbours: &[BTreeSet<usize>]) -> (System<R, D>, Vec<usize>) {
-        let coupled = neighbours;
-        let mut neighbours = neighbours.to_vec();
-        let nodes = neighbours.len();
-        let mut queue: BTreeSet<(usize, usize)> =
-            neighbours.iter().enumerate().map(|(node, near)| (near.len(), node)).collect();
-        let mut rows = Vec::with_capacity(nodes);
+    /// A system for nodes with these neighbours and with nodes that precede each, which must be neighbours too;
+    /// and each node's position in the elimination order.
+    pub(crate) fn new(
+        neighbours: &[BTreeSet<usize>],
+        predecessors: &[Vec<usize>],
+    ) -> (System<R, D>, Vec<usize>) {
+        let (coupled, nodes) = (neighbours, neighbours.len());
+        let mut rows = eliminate(neighbours, predecessors);
         // The number of eliminations that must precede a node; nodes with equal numbers form a level.
         let mut levels = vec![0; nodes];
-        while let Some((_, node)) = queue.pop_first() {
-            let near = std::mem::take(&mut neighbours[node]);
-            for &other in &near {
-                let set = &mut neighbours[other];
-                queue.remove(&(set.len(), other));
-                set.remove(&node);
-                set.extend(near.iter().filter(|&&third| third != other));
-                queue.insert((set.len(), other));
-                levels[other] = levels[other].max(levels[node] + 1);
-            }
-            rows.push((node, near));
+        for (node, near) in &rows {
+            near.iter().for_each(|&other| levels[other] = levels[other].max(levels[*node] + 1));
         }
         rows.sort_by_key(|&(node, _)| levels[node]);
         let ends =

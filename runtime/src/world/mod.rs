@@ -4,29 +4,30 @@
 //! stay valid when other bodies or forces are removed. A world divides bodies into islands, which are stepped
 //! independently: see [`Settings`] for the method and [`Report`] for the results.
 
+mod groups;
+mod law;
 mod partition;
 #[cfg(feature = "serde")]
 pub(crate) mod save;
+mod worlds;
+
+pub use law::Law;
+pub use worlds::Worlds;
 
 use crate::error::Error;
+use crate::island::control::StepRequest;
 use crate::island::{Activity, Island};
 use crate::kernel::{BodyKind, Kernel, Parameters};
+use crate::outside::LoadAt;
 use crate::report::Report;
 use crate::settings::Settings;
-use crate::state::Motion;
-use crate::state::{Member, as_f64, as_particle, as_rigid, moved};
+use crate::state::{Body, Member, Motion, as_f64, as_particle, as_rigid, moved};
+use crate::system::assemble::Fallback;
 use crate::system::batch::Forces;
+use crate::system::lanes::widest;
+use crate::world::groups::Groups;
 use crate::{Particle, Rigid, Wrench};
 use nalgebra::{RealField, Vector3, Vector6, convert};
-
-/// A handle of a body in a world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Body {
-    pub(crate) kind: BodyKind,
-    pub(crate) entry: usize,
-    generation: u32,
-}
 
 /// A handle of a force in a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -86,6 +87,9 @@ pub struct World<R: RealField + Copy = f64> {
     pub(crate) resting: [usize; 2],
     /// Whether the lists of awake islands and moving kinematic bodies must be updated.
     pub(crate) dirty: bool,
+    pub(crate) groups: Groups<R>,
+    /// Counts structures of islands.
+    pub(crate) structures: u64,
 }
 
 impl<R: RealField + Copy> Default for World<R> {
@@ -103,6 +107,8 @@ impl<R: RealField + Copy> Default for World<R> {
             moving_frames: Vec::new(),
             resting: [0; 2],
             dirty: true,
+            groups: Groups::default(),
+            structures: 0,
         }
     }
 }
@@ -186,6 +192,7 @@ impl<R: RealField + Copy> World<R> {
             let island = &mut self.islands[island];
             island.store.members[body.kind as usize][index].load = Vector6::new(f.x, f.y, f.z, t.x, t.y, t.z);
             self.dirty |= island.activity == Activity::Asleep;
+            island.load_version += 1;
             island.wake_for_load();
         }
         Ok(())
@@ -252,9 +259,33 @@ impl<R: RealField + Copy> World<R> {
         self.add_kernel::<P::Kernel>(params, &bodies)
     }
 
+    /// Adds a constraint that holds by this law. Rigid and compliant constraints, energies and other forces may
+    /// act on the same bodies.
+    pub fn add_constraint<P, const N: usize>(
+        &mut self,
+        law: Law<R>,
+        params: P,
+        bodies: [Body; N],
+    ) -> Result<Force, Error>
+    where
+        P: Parameters,
+        P::Kernel: Kernel<Real = R>,
+    {
+        self.add_by::<P::Kernel>(law, params, &bodies)
+    }
+
     /// Adds a force of kernel `K`, also for kernels without parameters.
     pub fn add_kernel<K: Kernel<Real = R>>(
         &mut self,
+        params: K::Params,
+        bodies: &[Body],
+    ) -> Result<Force, Error> {
+        self.add_by::<K>(Law::Penalty, params, bodies)
+    }
+
+    fn add_by<K: Kernel<Real = R>>(
+        &mut self,
+        law: Law<R>,
         params: K::Params,
         bodies: &[Body],
     ) -> Result<Force, Error> {
@@ -262,6 +293,7 @@ impl<R: RealField + Copy> World<R> {
             return Err(Error::WrongBodies(K::NAME));
         }
         check_params::<K>(&params)?;
+        let (params, rigid) = law.apply::<K>(params)?;
         let mut home = None;
         for &body in bodies {
             if let Place::Island(island, _) = self.place(body)? {
@@ -278,7 +310,7 @@ impl<R: RealField + Copy> World<R> {
         }
         let entry = claim(&mut self.forces, &mut self.free_forces);
         let island = &mut self.islands[home];
-        let batch = island.batch_like(&Forces::<K>::default());
+        let batch = island.batch_like(&Forces::<K>::new(rigid));
         let at = island.batches[batch].entries().len();
         if let Some(forces) = island.batches[batch].as_any_mut().downcast_mut::<Forces<K>>() {
             forces.push(params, indices, entry);
@@ -386,25 +418,53 @@ impl<R: RealField + Copy> World<R> {
     where
         R: Send + Sync,
     {
-        if !h.is_finite() {
-            return Err(Error::NotFinite("step"));
+        self.advance(h, None)
+    }
+
+    /// Advances the world with loads that depend on time and state, in addition to those of
+    /// [`World::set_load`]: a force and a torque about the centre of mass, in the world frame, for each dynamic
+    /// body.
+    ///
+    /// `loads` gets the time since the beginning of the call, s, and the body in its state then. Methods call
+    /// it in each stage, so that the order of the method holds. Every island is awake.
+    pub fn step_with(
+        &mut self,
+        h: R,
+        loads: impl Fn(R, Body, &Rigid<R>) -> Wrench<R> + Sync,
+    ) -> Result<Report, Error>
+    where
+        R: Send + Sync,
+    {
+        for island in &mut self.islands {
+            self.dirty |= island.activity == Activity::Asleep;
+            island.wake_for_load();
         }
-        if h < R::zero() {
-            return Err(Error::NegativeStep);
-        }
+        self.advance(h, Some(&loads))
+    }
+
+    fn advance(&mut self, h: R, loads: Option<LoadAt<'_, R>>) -> Result<Report, Error>
+    where
+        R: Send + Sync,
+    {
+        World::check_step(h)?;
         let _span = crate::report::span("step");
         self.prepare();
         let mut report = Report::default();
         if h > R::zero() {
-            let (gravity, settings) = (self.gravity, self.settings);
-            self.each_awake(
-                |island| {
-                    let report = island.advance(h, gravity, &settings);
-                    island.rest(h, &settings);
-                    report
-                },
-                |one| report.add(&one),
-            );
+            let request = StepRequest {
+                h,
+                fallback: Fallback::None,
+                gravity: self.gravity,
+                loads,
+                settings: &self.settings,
+            };
+            let width = if self.settings.integrator.is_explicit() {
+                self.settings.lanes.unwrap_or_else(widest::<R>)
+            } else {
+                1
+            };
+            self.groups.update(&self.islands, &self.awake, width);
+            self.groups.advance(&mut self.islands, &self.awake, &request, |one| report.add(one));
             for &frame in &self.moving_frames {
                 let state = self.frames[frame].state;
                 self.frames[frame].state = moved(&state, state.velocity * h, state.angular_velocity * h);
@@ -417,29 +477,11 @@ impl<R: RealField + Copy> World<R> {
         Ok(report)
     }
 
-    /// Steps every awake island; passes on the reports in order, independent of threads.
-    fn each_awake(
-        &mut self,
-        step: impl Fn(&mut Island<R>) -> Report + Send + Sync,
-        mut done: impl FnMut(Report),
-    ) where
-        R: Send + Sync,
-    {
-        #[cfg(feature = "rayon")]
-        if self.awake.len() > 1 {
-            use rayon::prelude::{IntoParallelIterator, ParallelIterator};
-            let (mut rest, mut passed) = (self.islands.as_mut_slice(), 0);
-            let awake = self.awake.iter().filter_map(|&number| {
-                let (island, after) =
-                    std::mem::take(&mut rest).get_mut(number - passed..)?.split_first_mut()?;
-                (rest, passed) = (after, number + 1);
-                Some(island)
-            });
-            let awake: Vec<&mut Island<R>> = awake.collect();
-            return awake.into_par_iter().map(step).collect::<Vec<Report>>().into_iter().for_each(done);
-        }
-        for &number in &self.awake {
-            done(step(&mut self.islands[number]));
+    fn check_step(h: R) -> Result<(), Error> {
+        match h {
+            h if !h.is_finite() => Err(Error::NotFinite("step")),
+            h if h < R::zero() => Err(Error::NegativeStep),
+            _ => Ok(()),
         }
     }
 
@@ -454,6 +496,7 @@ impl<R: RealField + Copy> World<R> {
             return Err(Error::NotFinite("origin"));
         }
         let entry = claim(&mut self.bodies, &mut self.free_bodies);
+        let body = Body { kind, entry, generation: self.bodies[entry].generation };
         self.bodies[entry].place = Some(match motion {
             Motion::Kinematic => {
                 self.frames.push(Frame { entry, origin, state });
@@ -461,13 +504,13 @@ impl<R: RealField + Copy> World<R> {
             }
             Motion::Dynamic(..) => {
                 let mut island = Island::new(origin);
-                island.store.push(kind, state, Member::new(entry, motion));
+                island.store.push(kind, state, Member::new(body, motion));
                 self.islands.push(island);
                 Place::Island(self.islands.len() - 1, 0)
             }
         });
         self.dirty = true;
-        Ok(Body { kind, entry, generation: self.bodies[entry].generation })
+        Ok(body)
     }
 
     pub(crate) fn place(&self, body: Body) -> Result<Place, Error> {

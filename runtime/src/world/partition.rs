@@ -38,7 +38,8 @@ impl<R: RealField + Copy> World<R> {
             for k in 0..self.awake.len() {
                 let number = self.awake[k];
                 if self.islands[number].changed {
-                    self.islands[number].prepare();
+                    self.structures += 1;
+                    self.islands[number].prepare(self.structures);
                     self.renumber(number);
                 }
             }
@@ -141,7 +142,7 @@ impl<R: RealField + Copy> World<R> {
             .position(|member| member.entry == body.entry && member.motion == Motion::Kinematic);
         own.unwrap_or_else(|| {
             let state = self.frames[frame].local_to(island.origin);
-            let member = Member::new(body.entry, Motion::Kinematic);
+            let member = Member::new(body, Motion::Kinematic);
             island.store.push(body.kind, state, member)
         })
     }

@@ -37,11 +37,13 @@ struct SavedIsland<R: RealField + Copy> {
     maybe_split: bool,
     control: Control<R>,
     batches: Vec<SavedBatch<R>>,
+    multipliers: Vec<R>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct SavedBatch<R> {
     kernel: String,
+    rigid: bool,
     forces: Vec<SavedForce<R>>,
     multipliers: Option<Vec<R>>,
 }
@@ -53,8 +55,8 @@ struct SavedForce<R> {
     params: Vec<R>,
 }
 
-/// Creates an empty batch.
-type Empty<R> = fn() -> Box<dyn Batch<R>>;
+/// Creates an empty batch, of rigid rows or others.
+type Empty<R> = fn(bool) -> Box<dyn Batch<R>>;
 
 /// The kernels that a saved world may refer to.
 pub struct Kernels<R> {
@@ -75,7 +77,7 @@ impl<R: RealField + Copy> Kernels<R> {
 
     /// Adds a kernel by its output, `Kernels::new().with::<ball::Output>()`; replaces one of the same name.
     pub fn with<K: Kernel<Real = R>>(mut self) -> Kernels<R> {
-        self.empty.insert(K::NAME, || Box::new(Forces::<K>::default()));
+        self.empty.insert(K::NAME, |rigid| Box::new(Forces::<K>::new(rigid)));
         self
     }
 }
@@ -91,6 +93,7 @@ impl<R: RealField + Copy> World<R> {
             };
             SavedBatch {
                 kernel: batch.name().to_owned(),
+                rigid: batch.is_rigid(),
                 forces: batch.entries().iter().enumerate().map(force).collect(),
                 multipliers: batch.multipliers().map(<[R]>::to_vec),
             }
@@ -102,6 +105,7 @@ impl<R: RealField + Copy> World<R> {
             maybe_split: island.maybe_split,
             control: island.control,
             batches: island.batches.iter().map(|it| batch(it.as_ref())).collect(),
+            multipliers: island.multipliers.clone(),
         };
         Saved {
             gravity: self.gravity,
@@ -132,6 +136,7 @@ impl<R: RealField + Copy> World<R> {
             island.store = saved.store;
             (island.activity, island.maybe_split, island.control) =
                 (saved.activity, saved.maybe_split, saved.control);
+            island.multipliers = saved.multipliers;
             for batch in saved.batches {
                 island.batches.push(load_batch(batch, &island.store, kernels)?);
             }
@@ -181,7 +186,7 @@ fn load_batch<R: RealField + Copy>(
     kernels: &Kernels<R>,
 ) -> Result<Box<dyn Batch<R>>, Error> {
     let empty = kernels.empty.get(saved.kernel.as_str()).ok_or(Error::UnknownKernel)?;
-    let mut batch = empty();
+    let mut batch = empty(saved.rigid);
     for force in saved.forces {
         let there = |(&kind, &index): (&BodyKind, &usize)| index < store.members[kind as usize].len();
         let fits = batch.kinds().len() == force.bodies.len()
