@@ -8,7 +8,7 @@ use crate::catalogue::{self, CASES};
 use crate::kernels::{self, BY_HAND, FLAGS, Plan, RUST_FLAGS, STATES};
 use crate::{
     chain, compile_all, in_folder, layouts, machine, modes, nodes, on_threads, peers, sleeping,
-    work_precision, write,
+    work_precision, write, yardsticks as mechanisms,
 };
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -44,13 +44,14 @@ pub struct Step {
 }
 
 /// Every step, in order.
-pub const STEPS: [Step; 8] = [
+pub const STEPS: [Step; 9] = [
     Step { name: "kernels", document: "benchmarks.md", prints: &["kernels"], run: kernels },
     Step { name: "layouts", document: "benchmarks.md", prints: &["layouts"], run: layouts },
     Step { name: "modes", document: "benchmarks.md", prints: &MODES, run: modes },
     Step { name: "growth", document: "benchmarks.md", prints: &["growth"], run: growth },
     Step { name: "sleeping", document: "benchmarks.md", prints: &["sleeping"], run: sleeping },
     Step { name: "catalogue", document: "catalogue.md", prints: &["catalogue"], run: catalogue },
+    Step { name: "yardsticks", document: "simulations.md", prints: &["yardsticks"], run: yardsticks },
     Step { name: "simulations", document: "simulations.md", prints: &SIMULATIONS, run: simulations },
     Step {
         name: PEERS,
@@ -69,7 +70,7 @@ const MODES: [&str; 4] = [
 ];
 
 /// The blocks of simulations.
-const SIMULATIONS: [&str; 10] = [
+const SIMULATIONS: [&str; 12] = [
     "work-setting",
     "work-compared",
     "work-c10",
@@ -77,6 +78,8 @@ const SIMULATIONS: [&str; 10] = [
     "work-ben25-soft",
     "work-ben25",
     "work-ben25-free",
+    "work-ben25-rigid",
+    "work-ben25-rigid-free",
     "work-t-handle",
     "work-cloth",
     "work-bar",
@@ -214,6 +217,10 @@ fn simulations(options: &Options) -> Result<Vec<String>, String> {
     let drawn = work_precision::draw(&own, &options.into, &options.into.join("figures"))?;
     let find = |name: &&str| drawn.iter().find(|(known, _)| known == name).map(|(_, text)| text.clone());
     Ok(SIMULATIONS.iter().map(find).map(Option::unwrap_or_default).collect())
+}
+
+fn yardsticks(options: &Options) -> Result<Vec<String>, String> {
+    Ok(vec![of_rust(&mechanisms::table(options.quick))])
 }
 
 fn by_peers(options: &Options) -> Result<Vec<String>, String> {

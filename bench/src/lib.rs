@@ -17,6 +17,7 @@ pub mod run;
 pub mod scenes;
 pub mod sleeping;
 pub mod work_precision;
+pub mod yardsticks;
 
 use forcec::internals::compile::{Compiled, compile};
 use forcec::internals::source::span::Source;

@@ -5,7 +5,7 @@ use clap::{Parser, Subcommand};
 use forcec_bench::catalogue::{self, CASES};
 use forcec_bench::document::{self, document};
 use forcec_bench::run::{self, Options};
-use forcec_bench::{in_folder, modes, work_precision, write};
+use forcec_bench::{in_folder, modes, work_precision, write, yardsticks};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -42,6 +42,12 @@ enum Command {
         #[arg(long)]
         quick: bool,
     },
+    /// Mechanisms of rigid joints against published solutions, and robots that fall.
+    Yardsticks {
+        /// One method a mechanism.
+        #[arg(long)]
+        quick: bool,
+    },
     /// Measures the tables of the documents and prints them between their marks.
     Document(document::Options),
 }
@@ -61,6 +67,10 @@ fn main() -> ExitCode {
     match Arguments::parse().command {
         Command::Run(options) => done(run::run(&options)),
         Command::Document(options) => done(document(&options)),
+        Command::Yardsticks { quick } => {
+            println!("{}", yardsticks::table(quick));
+            ExitCode::SUCCESS
+        }
         Command::WorkPrecision(options) => done(work_precision::run(&options)),
         Command::Modes { kernels, rounds, csv } => {
             let only: Vec<&str> = kernels.iter().map(String::as_str).collect();

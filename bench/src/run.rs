@@ -62,7 +62,7 @@ const SOLVERS: [(&str, Solver); 6] = [
 ];
 
 /// The value that a table assigns to a name.
-fn among<T: Copy + Send + Sync + 'static>(
+pub(crate) fn among<T: Copy + Send + Sync + 'static>(
     table: &'static [(&'static str, T)],
 ) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(table.iter().map(|(name, _)| *name))

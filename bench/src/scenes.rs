@@ -1,20 +1,22 @@
 //! The scenes of the simulation benchmarks: bodies, joints, what drives them and how they look.
 
 mod chain;
+mod mechanisms;
 mod piles;
 mod robots;
 mod soft;
 
 pub use chain::{Chain, ROD, c10, t_handle};
+pub use mechanisms::{ANDREWS_TORQUE, andrews, bricard, four_bars, pendulum, ring};
 pub use piles::{rubble, stack};
-pub use robots::{ben25, robots};
+pub use robots::{ben25, fallen, robots};
 pub use soft::{bar, cloth};
 
 use forcec_constraints::joints::point_to_point;
 use forcec_runtime::collision::parry::shape::SharedShape;
 use forcec_runtime::collision::{Collisions, Contacts, Surface};
 use forcec_runtime::prelude::{Particle, Rigid, Vec3};
-use forcec_runtime::{Body, Motion, Report, World};
+use forcec_runtime::{Body, Law, Motion, Report, World};
 
 /// Gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -133,11 +135,15 @@ impl Scene {
         self.world.add_rigid(state, Motion::Kinematic).expect("a sound pin")
     }
 
-    /// Ties two bodies together by a ball joint; `arms`: its anchors in body space, m.
+    /// Ties two bodies together by a ball joint, which is rigid if its stiffness is infinite; `arms`: its anchors
+    /// in body space, m.
     pub fn joint(&mut self, bodies: [Body; 2], arms: [Vec3; 2], stiffness: f64, damping: f64) {
         let [arm_a, arm_b] = arms.map(Into::into);
+        let rigid = stiffness.is_infinite();
+        let law = if rigid { Law::Rigid } else { Law::Penalty };
+        let [stiffness, damping] = if rigid { [0.0; 2] } else { [stiffness, damping] };
         let params = point_to_point::Params { arm_a, arm_b, stiffness, damping };
-        self.world.add(params, bodies).expect("a joint of two bodies");
+        self.world.add_constraint(law, params, bodies).expect("a joint of two bodies");
     }
 
     /// Gives a body a shape that others touch.
@@ -163,10 +169,16 @@ impl Scene {
 pub type Row = (&'static str, &'static str, fn() -> Scene);
 
 /// The scenes.
-pub static SCENES: [Row; 8] = [
+pub static SCENES: [Row; 14] = [
     ("c10", "ten rods end to end, pinned, turning about the pin", || c10(1e6)),
     ("ben25", "25 articulated robots, hanging, driven by torques", || ben25(1e7, true)),
     ("ben25-free", "the same, turning freely about their pins", || ben25(1e7, false)),
+    ("ben25-rigid", "the 25 robots with rigid joints, driven", || ben25(f64::INFINITY, true)),
+    ("fallen", "four robots with rigid joints that fall onto stiff ground", || fallen(4, 1e5)),
+    ("four-bars", "40 four-bar linkages of rigid hinges", || four_bars(40)),
+    ("bricard", "an over-constrained loop of six rigid hinges", bricard),
+    ("squeezer", "Andrews' squeezing mechanism, driven by a motor", andrews),
+    ("ring", "a ring of 100 rods with repeated rigid joints", || ring(100, f64::INFINITY)),
     ("t-handle", "a free body that spins about its middle axis", t_handle),
     ("cloth", "a cloth of 40 × 40 particles, held at two corners", || cloth(40)),
     ("bar", "a bar of 20 × 4 × 4 cells of tetrahedra, held at one end", || bar([20, 4, 4])),

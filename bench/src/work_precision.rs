@@ -15,8 +15,9 @@ mod tables;
 pub use measure::{Measured, Point, State, measure};
 pub use problems::{PROBLEMS, Problem};
 
-use crate::run::named;
+use crate::run::{INTEGRATORS, among, named};
 use crate::{machine, write};
+use forcec_runtime::Integrator;
 use std::path::{Path, PathBuf};
 
 /// Options of the command.
@@ -31,6 +32,9 @@ pub struct Options {
     /// Points that would take longer than this are left out, s; of a cloth six times as long.
     #[arg(long, default_value_t = 5.0)]
     pub budget: f64,
+    /// Only this integrator; repeat for several.
+    #[arg(long = "integrator", value_parser = among(&INTEGRATORS))]
+    pub integrators: Vec<Integrator>,
     /// Writes all points of a scene into a file there.
     #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
@@ -73,7 +77,7 @@ fn all(
     let mut blocks = vec![("work-setting".to_owned(), format!("```text\n{setting}```\n"))];
     let mut all = Vec::new();
     for problem in chosen {
-        let measured = measure(problem, &peers, options.quick, options.budget * problem.cost_factor);
+        let measured = measure(problem, &peers, options);
         let mut text = tables::table(problem, &measured);
         say(&format!("{}: {}\n\n{text}", problem.name, problem.about));
         let name = problem.name;

@@ -2,11 +2,11 @@
 
 use forcec_bench::picture::picture;
 use forcec_bench::scenes::SCENES;
-use forcec_bench::work_precision::{Measured, PROBLEMS, Point, State, measure, peers};
+use forcec_bench::work_precision::{Measured, Options, PROBLEMS, Point, State, measure, peers};
 
 fn measured(name: &str, rows: &[peers::Row], budget: f64) -> Measured {
     let problem = PROBLEMS.iter().find(|problem| problem.name == name).expect("a problem");
-    measure(problem, rows, true, budget)
+    measure(problem, rows, &Options { quick: true, budget, ..Options::default() })
 }
 
 fn at<'a>(measured: &'a Measured, maker: &str, h: f64) -> &'a Point {

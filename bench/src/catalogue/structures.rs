@@ -1,10 +1,10 @@
 //! Bodies joined in other ways: a hub, a ring, a net, all bodies in one place, a stack.
 
 use super::{Verdict, stable, time, watch};
-use crate::scenes::{ROD, Scene, box_inertia, stack};
+use crate::scenes::{self, Scene, stack};
 use forcec_constraints::joints::distance;
 use forcec_runtime::Body;
-use forcec_runtime::prelude::{Quat, Rigid, Vec3};
+use forcec_runtime::prelude::{Rigid, Vec3};
 
 pub(super) fn hub(_: bool) -> Verdict {
     let mut scene = Scene::new(0.1, 1e-3);
@@ -27,30 +27,7 @@ pub(super) fn hub(_: bool) -> Verdict {
 }
 
 pub(super) fn ring(quick: bool) -> Verdict {
-    let make = || {
-        let mut scene = Scene::new(5.0, 1.0 / 120.0);
-        let count = 100;
-        let radius = 0.25 / (std::f64::consts::PI / count as f64).tan();
-        let place = |k: usize| {
-            let turn = std::f64::consts::TAU * k as f64 / count as f64;
-            let orientation = Quat::from_axis_angle(&Vec3::z_axis(), turn + std::f64::consts::FRAC_PI_2);
-            let position = Vec3::new(radius * turn.cos(), radius * turn.sin(), 0.0);
-            Rigid { position, orientation, ..Rigid::default() }
-        };
-        let bodies: Vec<Body> =
-            (0..count).map(|k| scene.rigid(place(k), 1.0, box_inertia(1.0, ROD), ROD)).collect();
-        for k in 0..count {
-            // Two joints where one is enough: a hinge about z, although the ring already constrains the other
-            // directions.
-            for z in [-0.03, 0.03] {
-                let ends = [bodies[k], bodies[(k + 1) % count]];
-                scene.joint(ends, [Vec3::new(0.25, 0.0, z), Vec3::new(-0.25, 0.0, z)], 1e6, 700.0);
-            }
-        }
-        let pin = scene.pin(place(0).position);
-        scene.joint([pin, bodies[0]], [Vec3::zeros(); 2], 1e6, 700.0);
-        scene
-    };
+    let make = || scenes::ring(100, 1e6);
     let verdict = stable(&make, time(quick), 1.0 / 120.0);
     let residual = watch(&mut make(), 0.5, |_| 1.0 / 120.0).residual;
     Verdict {

@@ -1,6 +1,7 @@
 //! Articulated robots.
 
 use super::{GRAVITY, Scene, critical_damping};
+use forcec_constraints::contacts::point_plane_friction;
 use forcec_runtime::Wrench;
 use forcec_runtime::prelude::{Rigid, Vec3};
 
@@ -27,7 +28,16 @@ fn ben() -> Vec<Link> {
     rows.map(link).collect()
 }
 
+impl Link {
+    /// Half the sides of the box that has these moments, m.
+    fn half(&self) -> [f64; 3] {
+        let [x, y, z] = self.inertia.map(|moment| 1.5 * moment / self.mass);
+        [y + z - x, x + z - y, x + y - z].map(|square| square.max(1e-4).sqrt())
+    }
+}
+
 /// 25 robots 3 m apart, head pinned, hanging; driven by torques, or turning about the pin as one rigid piece.
+/// Joints of infinite stiffness are rigid.
 pub fn ben25(stiffness: f64, driven: bool) -> Scene {
     robots(25, stiffness, driven)
 }
@@ -48,10 +58,7 @@ pub fn robots(count: usize, stiffness: f64, driven: bool) -> Scene {
                 angular_velocity: spin,
                 ..Rigid::default()
             };
-            // The box that has these moments.
-            let [x, y, z] = link.inertia.map(|moment| 1.5 * moment / link.mass);
-            let half = [y + z - x, x + z - y, x + y - z].map(|square| square.max(1e-4).sqrt());
-            let body = scene.rigid(state, link.mass, link.inertia.into(), half);
+            let body = scene.rigid(state, link.mass, link.inertia.into(), link.half());
             let arm_b = link.joint - link.centre;
             let mut mobility = 1.0 / link.mass + arm_b.norm_squared() / link.inertia[0];
             let (other, arm_a) = match link.parent {
@@ -86,6 +93,45 @@ pub fn robots(count: usize, stiffness: f64, driven: bool) -> Scene {
                 }
             }
         }));
+    }
+    scene
+}
+
+/// Robots with rigid joints and without pins that fall onto ground of this stiffness per point, N/m.
+///
+/// Points are the corners of the bodies' boxes. Ground damps, and has friction.
+pub fn fallen(count: usize, stiffness: f64) -> Scene {
+    let links = ben();
+    let mut scene = Scene::new(5.0, 1.0 / 60.0);
+    for robot in 0..count {
+        let at = Vec3::new(3.0 * (robot % 5) as f64, 3.0 * (robot / 5) as f64, 2.1);
+        // Each falls in another way.
+        let spin = Vec3::new(0.3, 0.2, 0.1) + Vec3::new(0.5, -0.3, 0.4) * robot as f64;
+        let first = scene.bodies.len();
+        for link in &links {
+            let velocity = spin.cross(&link.centre);
+            let position = at + link.centre;
+            let state = Rigid { position, velocity, angular_velocity: spin, ..Rigid::default() };
+            let half = link.half();
+            let body = scene.rigid(state, link.mass, link.inertia.into(), half);
+            if let Some(parent) = link.parent {
+                let arms = [link.joint - links[parent].centre, link.joint - link.centre];
+                scene.joint([scene.bodies[first + parent], body], arms, f64::INFINITY, 0.0);
+            }
+            for corner in 0..8 {
+                let side = |axis: usize| if corner >> axis & 1 == 0 { -half[axis] } else { half[axis] };
+                let params = point_plane_friction::Params {
+                    arm: [side(0), side(1), side(2)],
+                    origin: [0.0; 3],
+                    normal: [0.0, 0.0, 1.0],
+                    stiffness,
+                    damping: 300.0,
+                    friction: 0.8,
+                    slip_speed: 0.05,
+                };
+                scene.world.add(params, [body]).expect("a point of a body");
+            }
+        }
     }
     scene
 }

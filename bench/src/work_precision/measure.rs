@@ -1,5 +1,6 @@
 //! Points of run time against error.
 
+use super::Options;
 use super::peers::Row;
 use super::problems::{Judged, Problem, Reference};
 use crate::run::INTEGRATORS;
@@ -98,16 +99,20 @@ struct Way {
 }
 
 /// Each integrator at each step, or at each tolerance.
-fn ways(quick: bool) -> Vec<Way> {
+fn ways(options: &Options) -> Vec<Way> {
+    let quick = options.quick;
     let steps = if quick { &STEPS[1..3] } else { &STEPS[..] };
     let tolerances = if quick { &TOLERANCES[2..4] } else { &TOLERANCES[..] };
-    let each = INTEGRATORS.into_iter().flat_map(|(name, integrator)| match integrator {
-        Integrator::Rodas4 => {
-            let way = |&tolerance| Way { name, integrator, h: 1.0 / 60.0, tolerance: Some(tolerance) };
-            tolerances.iter().map(way).collect::<Vec<Way>>()
-        }
-        _ => steps.iter().map(|&h| Way { name, integrator, h, tolerance: None }).collect(),
-    });
+    let each = INTEGRATORS
+        .into_iter()
+        .filter(|(_, it)| options.integrators.is_empty() || options.integrators.contains(it))
+        .flat_map(|(name, integrator)| match integrator {
+            Integrator::Rodas4 => {
+                let way = |&tolerance| Way { name, integrator, h: 1.0 / 60.0, tolerance: Some(tolerance) };
+                tolerances.iter().map(way).collect::<Vec<Way>>()
+            }
+            _ => steps.iter().map(|&h| Way { name, integrator, h, tolerance: None }).collect(),
+        });
     each.collect()
 }
 
@@ -122,15 +127,16 @@ struct End {
     quarantined: bool,
 }
 
-/// All points of a problem, ours and those of peers. Runs that would take longer than `budget`, s, are left out. Rounds are
+/// All points of a problem, ours and those of peers. Runs that would take longer than the budget are left out. Rounds are
 /// interleaved: in each, every way has its turn.
-pub fn measure(problem: &Problem, peers: &[Row], quick: bool, budget: f64) -> Measured {
-    crate::on_threads(1, || single(problem, peers, quick, budget))
+pub fn measure(problem: &Problem, peers: &[Row], options: &Options) -> Measured {
+    crate::on_threads(1, || single(problem, peers, options))
 }
 
-fn single(problem: &Problem, peers: &[Row], quick: bool, budget: f64) -> Measured {
+fn single(problem: &Problem, peers: &[Row], options: &Options) -> Measured {
+    let (quick, budget) = (options.quick, options.budget * problem.cost_factor);
     let known = Known::of(problem, peers);
-    let ways = ways(quick);
+    let ways = ways(options);
     let mut points: Vec<Option<Point>> = vec![None; ways.len()];
     for round in 0..if quick { 1 } else { ROUNDS } {
         for (way, point) in ways.iter().zip(&mut points) {

@@ -72,7 +72,7 @@ fn falling() -> Scene {
 }
 
 /// The problems.
-pub static PROBLEMS: [Problem; 8] = [
+pub static PROBLEMS: [Problem; 10] = [
     Problem {
         name: "c10",
         about: "ten rods, joints of 1e6 N/m, after 0.5 s",
@@ -119,6 +119,24 @@ pub static PROBLEMS: [Problem; 8] = [
         judged: Judged::Energy,
     },
     Problem {
+        name: "ben25-rigid",
+        about: "25 robots, driven, rigid joints, after 1 s",
+        make: || rigid(25, true),
+        copies: 25,
+        peers: Some("ben25"),
+        cost_factor: 1.0,
+        judged: end(|_| rigid(1, true), Integrator::RungeKutta4, [2e-4, 1e-4]),
+    },
+    Problem {
+        name: "ben25-rigid-free",
+        about: "25 robots, turning freely, rigid joints, over 10 s",
+        make: || rigid(25, false),
+        copies: 25,
+        peers: Some("ben25-free"),
+        cost_factor: 1.0,
+        judged: Judged::Energy,
+    },
+    Problem {
         name: "t-handle",
         about: "a body that turns over, after 20 s",
         make: t_handle,
@@ -151,6 +169,13 @@ pub static PROBLEMS: [Problem; 8] = [
         judged: end(|_| bar([20, 4, 4]), Integrator::RungeKutta4, [4e-4, 2e-4]),
     },
 ];
+
+/// Robots with rigid joints, and steps that are not shortened, because the error is measured.
+fn rigid(count: usize, driven: bool) -> Scene {
+    let mut scene = robots(count, f64::INFINITY, driven);
+    (scene.world.settings.tolerance, scene.world.settings.energy_growth) = (f64::INFINITY, f64::INFINITY);
+    scene
+}
 
 /// One robot with joints so stiff that they hardly give way.
 fn rigid_robot(fine: usize) -> Scene {

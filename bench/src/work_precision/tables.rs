@@ -100,7 +100,7 @@ pub(super) fn csv(problem: &Problem, measured: &Measured) -> String {
 /// For each point of a peer, the fastest of our points with at most its error in position and in energy; `None` without peers.
 pub(super) fn compared(all: &[(&Problem, Measured)]) -> Option<String> {
     let of = |name: &str| all.iter().find(|(problem, _)| problem.name == name).map(|(_, measured)| measured);
-    let (driven, free) = (of("ben25")?, of("ben25-free")?);
+    let (driven, free) = (of("ben25-rigid")?, of("ben25-rigid-free")?);
     let both: Vec<(&Point, &Point)> = driven
         .points
         .iter()
