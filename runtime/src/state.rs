@@ -112,6 +112,22 @@ impl<R: RealField + Copy> Store<R> {
         Bodies { rigid: &self.rigid, particles: &self.particles }
     }
 
+    /// Numbers the dynamic bodies, rigid bodies first: the node of each body, and the degrees of freedom of each
+    /// node.
+    pub(crate) fn nodes(&self) -> ([Vec<Option<usize>>; 2], Vec<usize>) {
+        let mut dofs = Vec::new();
+        let nodes = [BodyKind::Rigid, BodyKind::Particle].map(|kind| {
+            let number = |member: &Member<R>| {
+                (member.motion != Motion::Kinematic).then(|| {
+                    dofs.push(kind.dofs());
+                    dofs.len() - 1
+                })
+            };
+            self.members[kind as usize].iter().map(number).collect()
+        });
+        (nodes, dofs)
+    }
+
     /// The number of dynamic bodies.
     pub(crate) fn moving(&self) -> usize {
         self.members.iter().flatten().filter(|member| member.motion != Motion::Kinematic).count()

@@ -38,8 +38,7 @@ pub mod contact;
 mod narrow;
 
 use crate::island::Activity;
-use crate::state::Body;
-use crate::state::Motion;
+use crate::state::{Body, Motion};
 use crate::world::{Force, Place, World};
 use crate::{Error, Rigid};
 use contact::point_contact;

@@ -13,6 +13,7 @@ use crate::settings::Settings;
 use crate::state::as_f64;
 use crate::step::{Integrator, Outcome};
 use crate::system::assemble::Fallback;
+use crate::system::batch::has_rows;
 use nalgebra::{RealField, Vector3, convert};
 
 /// A request to advance an island by a time.
@@ -82,7 +83,7 @@ impl<R: RealField + Copy> Island<R> {
     fn steps_by_error(&self, request: &StepRequest<'_, R>) -> bool {
         match request.settings.integrator {
             Integrator::Rodas4 => true,
-            Integrator::RungeKutta4 => self.batches.iter().any(|batch| batch.is_rigid()),
+            Integrator::RungeKutta4 => has_rows(&self.batches),
             _ => false,
         }
     }
@@ -108,22 +109,15 @@ impl<R: RealField + Copy> Island<R> {
         before: Energy<R>,
         outcome: Outcome<R>,
     ) -> Option<Report> {
-        match self.judge(request.h, request, before, Some(outcome)) {
-            Ok((outcome, after, most)) => {
-                (self.control.energy, self.control.most) = (Some(after), most);
-                self.control.size = if self.steps_by_error(request) {
-                    let size = request.h * factor(outcome.error.unwrap_or(R::zero()), request, convert(5.0));
-                    self.control.size.filter(|known| *known >= size).or(Some(size))
-                } else {
-                    Some(request.h)
-                };
-                Some(self.summarize(request, Report { awake: 1, accepted: 1, ..Report::default() }))
-            }
-            Err(_) => {
-                self.restore();
-                None
-            }
-        }
+        let mut report = Report { awake: 1, ..Report::default() };
+        let error = self.settle(request.h, request, before, Some(outcome), &mut report).ok()?;
+        self.control.size = if self.steps_by_error(request) {
+            let size = request.h * factor(error, request, convert(5.0));
+            self.control.size.filter(|known| *known >= size).or(Some(size))
+        } else {
+            Some(request.h)
+        };
+        Some(self.summarize(request, report))
     }
 
     /// The stiffness above which forces are scaled down.
@@ -204,6 +198,18 @@ impl<R: RealField + Copy> Island<R> {
         let before = self.energy(request.gravity);
         let outside = Outside { gravity: request.gravity, time, loads: request.loads, origin: self.origin };
         let outcome = self.attempt(h, request.fallback, &outside, request.settings, report);
+        self.settle(h, request, before, outcome, report)
+    }
+
+    /// Accepts a step, or restores the state before it; see [`Island::try_step`].
+    fn settle(
+        &mut self,
+        h: R,
+        request: &StepRequest<'_, R>,
+        before: Energy<R>,
+        outcome: Option<Outcome<R>>,
+        report: &mut Report,
+    ) -> Result<R, Option<R>> {
         match self.judge(h, request, before, outcome) {
             Ok((outcome, after, most)) => {
                 self.control.energy = Some(after);

@@ -5,10 +5,10 @@
 //! a body that they hold.
 
 use super::Island;
-use crate::kernel::BodyKind;
 use crate::state::Motion;
 use crate::step::Model;
 use crate::system::assemble::{Assembly, Closing};
+use crate::system::batch::joints;
 use crate::system::order::{Joint, Role, predecessors, roles};
 use crate::system::sparse::System;
 use nalgebra::{RealField, SVector};
@@ -23,16 +23,8 @@ pub(super) enum Engine<R: RealField + Copy> {
 impl<R: RealField + Copy> Island<R> {
     /// Numbers nodes and makes the system.
     pub(super) fn build(&mut self) -> Engine<R> {
-        let mut count = 0;
-        let nodes = self.store.members.each_ref().map(|members| {
-            let number = |motion| {
-                let moved = motion != Motion::Kinematic;
-                count += usize::from(moved);
-                moved.then(|| count - 1)
-            };
-            members.iter().map(|member| member.motion).map(number).collect::<Vec<_>>()
-        });
-        let mut neighbours = vec![BTreeSet::new(); count];
+        let (nodes, dofs) = self.store.nodes();
+        let mut neighbours = vec![BTreeSet::new(); dofs.len()];
         for batch in &self.batches {
             for at in 0..batch.entries().len() {
                 let bodies = batch.kinds().iter().zip(batch.indices(at));
@@ -44,38 +36,29 @@ impl<R: RealField + Copy> Island<R> {
             }
         }
         // Rigid rows are nodes too, after those of bodies.
-        let mut joints = Vec::new();
-        for batch in self.batches.iter().filter(|batch| batch.is_rigid()) {
-            for at in 0..batch.entries().len() {
-                let bodies = batch.kinds().iter().zip(batch.indices(at));
-                let bodies: BTreeSet<usize> =
-                    bodies.filter_map(|(&kind, &index)| nodes[kind as usize][index]).collect();
-                let joint = neighbours.len();
-                bodies.iter().for_each(|&body| _ = neighbours[body].insert(joint));
-                neighbours.push(bodies.clone());
-                joints.push(Joint { bodies: bodies.into_iter().collect(), rows: batch.rows() });
-            }
+        let joints = joints(&self.batches, &nodes);
+        for joint in &joints {
+            let node = neighbours.len();
+            joint.bodies.iter().for_each(|&body| _ = neighbours[body].insert(node));
+            neighbours.push(joint.bodies.iter().copied().collect());
         }
         let turns = self.store.members[0].iter().any(|member| member.motion != Motion::Kinematic);
         if turns || joints.iter().any(|joint| joint.rows > 3) {
-            Engine::Six(Box::new(self.model(nodes, neighbours, &joints)))
+            Engine::Six(Box::new(self.model(nodes, &dofs, neighbours, &joints)))
         } else {
-            Engine::Three(Box::new(self.model(nodes, neighbours, &joints)))
+            Engine::Three(Box::new(self.model(nodes, &dofs, neighbours, &joints)))
         }
     }
 
     fn model<const D: usize>(
         &mut self,
         mut nodes: [Vec<Option<usize>>; 2],
+        dofs: &[usize],
         neighbours: Vec<BTreeSet<usize>>,
         joints: &[Joint],
     ) -> Model<R, D> {
-        let bodies = neighbours.len() - joints.len();
-        let mut dofs = vec![0; bodies];
-        for (nodes, kind) in nodes.iter().zip([BodyKind::Rigid, BodyKind::Particle]) {
-            nodes.iter().flatten().for_each(|&node| dofs[node] = kind.dofs());
-        }
-        let roles = roles(&dofs, joints);
+        let bodies = dofs.len();
+        let roles = roles(dofs, joints);
         let (system, place) = System::<R, D>::new(&neighbours, &predecessors(bodies, joints, &roles));
         for node in nodes.iter_mut().flatten().flatten() {
             *node = place[*node];

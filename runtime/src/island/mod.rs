@@ -18,7 +18,7 @@ use crate::step::packed::Packed;
 use crate::step::{Integrator, Outcome, Stepper};
 use crate::system::assemble::Fallback;
 
-use crate::system::batch::Batch;
+use crate::system::batch::{Batch, has_rows};
 use engine::Engine;
 use nalgebra::{RealField, Vector3, convert};
 
@@ -269,7 +269,7 @@ impl<R: RealField + Copy> Island<R> {
             None => self.build(),
         };
         self.batches.iter_mut().for_each(|batch| batch.begin());
-        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
+        let has_rows = has_rows(&self.batches);
         // Rows of parts would not be those of the whole.
         let parts = if has_rows { Vec::new() } else { self.cut(settings) };
         let Island { store, saved, batches, control, .. } = self;
@@ -352,7 +352,7 @@ impl<R: RealField + Copy> Island<R> {
         if let Some(packed) = self.packed.as_ref().filter(|_| integrator.is_explicit()) {
             packed.write_multipliers(0, &mut self.multipliers);
         }
-        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
+        let has_rows = has_rows(&self.batches);
         let alpha = integrator == Integrator::GeneralizedAlpha && !has_rows;
         self.control.warm = alpha && fallback == Fallback::None;
         if self.control.warm {

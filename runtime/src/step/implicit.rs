@@ -5,6 +5,7 @@
 
 use super::{BlockSize, Model, Outcome, Stepper};
 use crate::system::assemble::{Assembly, Wants};
+use crate::system::batch::has_rows;
 use crate::system::inertia::{add_angular, angular};
 use nalgebra::{RealField, SVector, convert};
 use std::time::Instant;
@@ -93,7 +94,7 @@ where
         }
         let held = self.batches.iter().any(|batch| batch.has_multipliers());
         let far = if held && !self.batches.iter().any(|batch| batch.is_energy()) { FAR } else { NEAR };
-        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
+        let has_rows = has_rows(self.batches);
         let (far, linearisations) =
             if has_rows { (CLOSED, LINEARISATIONS_OF_ROWS) } else { (far, LINEARISATIONS) };
         for left in (0..linearisations).rev() {

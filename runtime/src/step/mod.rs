@@ -21,7 +21,7 @@ use crate::outside::Outside;
 use crate::report::{Report, span};
 use crate::state::{Poses, Store, moved};
 use crate::system::assemble::{Assembly, Wants};
-use crate::system::batch::{Batch, Sums};
+use crate::system::batch::{Batch, Sums, has_rows};
 use crate::system::inertia::{add_angular, add_linear, angular, linear};
 use crate::system::iterative::Solver;
 use nalgebra::{RealField, SVector, Vector3, convert};
@@ -118,7 +118,7 @@ where
             vectors.resize(nodes, SVector::zeros());
         }
         self.gather();
-        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
+        let has_rows = has_rows(self.batches);
         match integrator {
             Integrator::GeneralizedAlpha | Integrator::Rodas4 if has_rows => self.sdirk2(h),
             Integrator::LinearlyImplicitEuler => self.implicit_euler(h, true),
@@ -200,7 +200,7 @@ where
         let system = &mut assembly.system;
         let tolerance = R::default_epsilon().sqrt() * convert(0.1);
         let iterate = system.products() > MOST_PRODUCTS * system.nodes();
-        let has_rows = self.batches.iter().any(|batch| batch.is_rigid());
+        let has_rows = has_rows(self.batches);
         let method = match self.solver {
             // The system of rigid rows is not definite.
             _ if has_rows => Solver::Direct,

@@ -1,8 +1,8 @@
 //! L islands of equal structure, stepped in lanes by explicit methods, with rigid rows.
 //!
 //! In: the stores of the islands; they are read when they change, and the state then stays here from step to
-//! step. Out: the state after a step, for each instance the gap of rigid rows before it was projected, the gap
-//! after, and the work of forces without potential. Rigid rows hold by
+//! step. Out: the state after a step, for each instance the gap of rigid rows before it was projected, and
+//! the work of forces without potential. Rigid rows hold by
 //!
 //! ```text
 //! M V̇ = f + Jᵀλ,   J V̇ = −D(JV)·V
@@ -12,15 +12,14 @@
 //! norm of M, with the factors of the last stage. Quaternions are integrated as numbers in R⁴ and read as
 //! rotations whatever their length.
 
-use crate::kernel::bodies::{ParticleLanes, Rigid, RigidLanes};
+use crate::kernel::bodies::{Particle, ParticleLanes, Rigid, RigidLanes};
 use crate::kernel::{BodiesLanes, BodyKind};
 use crate::state::{Body, Motion, Store};
 use crate::step::Outcome;
-use crate::system::batch::Batch;
+use crate::system::batch::{Batch, has_rows, joints};
 use crate::system::factor::Factors;
 use crate::system::lane_batch::LaneBatch;
 use crate::system::lanes::{Lanes, Three};
-use crate::system::order::Joint;
 use crate::system::plan::Plan;
 use nalgebra::{Quaternion, RealField, UnitQuaternion, Vector3};
 
@@ -77,6 +76,14 @@ impl<R: RealField + Copy, const L: usize> State<R, L> {
         }
     }
 
+    pub(super) fn set_particle(&mut self, index: usize, lane: usize, state: &Particle<R>) {
+        let body = &mut self.particles[index];
+        for i in 0..3 {
+            body.position[i][lane] = state.position[i];
+            body.velocity[i][lane] = state.velocity[i];
+        }
+    }
+
     pub(super) fn set_rigid(&mut self, index: usize, lane: usize, state: &Rigid<R>) {
         let body = &mut self.rigid[index];
         for i in 0..3 {
@@ -103,9 +110,8 @@ pub(super) struct Inertia<R, const L: usize> {
 /// What a step came to, per instance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stepped<R, const L: usize> {
-    /// The largest |C| of rigid rows before and after projection.
+    /// The largest |C| of rigid rows before projection.
     pub(crate) gap: Lanes<R, L>,
-    pub(crate) left: Lanes<R, L>,
     /// The work of forces without potential, loads and kinematic bodies, J.
     pub(crate) work: Lanes<R, L>,
 }
@@ -143,8 +149,9 @@ pub(crate) struct Packed<R: RealField + Copy, const L: usize> {
     pub(super) copy: Vec<Lanes<R, L>>,
     /// −λ of the last stage, for rows that close loops.
     pub(super) multipliers: Vec<Lanes<R, L>>,
-    /// Whether the matrix has entries that are not set anew in each stage.
+    /// Whether the matrix has entries that a stage does not set.
     pub(super) clear: bool,
+    has_rows: bool,
     /// Whether a kinematic body moves.
     pub(super) driven: bool,
 }
@@ -152,37 +159,18 @@ pub(crate) struct Packed<R: RealField + Copy, const L: usize> {
 impl<R: RealField + Copy, const L: usize> Packed<R, L> {
     /// For islands with this structure; `gather` comes next.
     pub(crate) fn new(store: &Store<R>, batches: &[Box<dyn Batch<R>>], arch: pulp::Arch) -> Packed<R, L> {
-        let mut dofs = Vec::new();
-        let nodes = [BodyKind::Rigid, BodyKind::Particle].map(|kind| {
-            let number = |motion: Motion<R>| {
-                (motion != Motion::Kinematic).then(|| {
-                    dofs.push(kind.dofs());
-                    dofs.len() - 1
-                })
-            };
-            store.members[kind as usize].iter().map(|member| member.motion).map(number).collect::<Vec<_>>()
-        });
-        let mut joints = Vec::new();
-        let mut firsts = Vec::new();
-        for batch in batches {
-            firsts.push(joints.len());
-            for at in 0..if batch.is_rigid() { batch.entries().len() } else { 0 } {
-                let bodies = batch.kinds().iter().zip(batch.indices(at));
-                let mut bodies: Vec<usize> =
-                    bodies.filter_map(|(&kind, &index)| nodes[kind as usize][index]).collect();
-                bodies.sort_unstable();
-                bodies.dedup();
-                joints.push(Joint { bodies, rows: batch.rows() });
-            }
-        }
+        let (nodes, dofs) = store.nodes();
+        let joints = joints(batches, &nodes);
         let plan = Plan::new(&dofs, &joints);
         let mut own: Vec<Box<dyn LaneBatch<R, L>>> = Vec::new();
-        for (batch, first) in batches.iter().zip(firsts) {
+        let mut first = 0;
+        for batch in batches {
             if let Ok(mut lanes) = batch.in_lanes(L).downcast::<Box<dyn LaneBatch<R, L>>>() {
                 lanes.gather(&[batch.as_ref(); L]);
                 lanes.place(&plan, &nodes, first);
                 own.push(*lanes);
             }
+            first += if batch.is_rigid() { batch.entries().len() } else { 0 };
         }
         let zero = Lanes::zero();
         let inertia = nodes.map(|nodes| {
@@ -212,6 +200,7 @@ impl<R: RealField + Copy, const L: usize> Packed<R, L> {
             copy: vec![zero; length],
             multipliers: vec![zero; length],
             clear,
+            has_rows: has_rows(batches),
             driven: false,
         }
     }
@@ -270,11 +259,8 @@ impl<R: RealField + Copy, const L: usize> Packed<R, L> {
         for (index, body) in store.rigid.iter().enumerate() {
             self.state.set_rigid(index, lane, body);
         }
-        for (own, body) in self.state.particles.iter_mut().zip(&store.particles) {
-            for i in 0..3 {
-                own.position[i][lane] = body.position[i];
-                own.velocity[i][lane] = body.velocity[i];
-            }
+        for (index, body) in store.particles.iter().enumerate() {
+            self.state.set_particle(index, lane, body);
         }
         for (k, own) in self.multipliers.iter_mut().enumerate() {
             own.0[lane] = multipliers.get(k).copied().unwrap_or(R::zero());
@@ -302,11 +288,7 @@ impl<R: RealField + Copy, const L: usize> Packed<R, L> {
         }
         for (k, body) in store.particles.iter().enumerate() {
             if self.inertia[1][k].place.is_none() {
-                let own = &mut self.state.particles[k];
-                for i in 0..3 {
-                    own.position[i][lane] = body.position[i];
-                    own.velocity[i][lane] = body.velocity[i];
-                }
+                self.state.set_particle(k, lane, body);
             }
         }
     }
@@ -334,6 +316,6 @@ impl<R: RealField + Copy, const L: usize> Packed<R, L> {
 
     /// Whether there are rigid rows.
     pub(crate) fn has_rows(&self) -> bool {
-        self.batches.iter().any(|batch| batch.is_rigid())
+        self.has_rows
     }
 }

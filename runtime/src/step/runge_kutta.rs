@@ -173,7 +173,7 @@ impl<R: RealField + Copy, const L: usize> Packed<R, L> {
     /// Normalises the state in `stage`, projects it, and makes it the state.
     fn finish(&mut self, h: R, work: Lanes<R, L>) -> Stepped<R, L> {
         self.show(h);
-        let mut stepped = Stepped { gap: Lanes::zero(), left: Lanes::zero(), work };
+        let mut stepped = Stepped { gap: Lanes::zero(), work };
         if self.has_rows() {
             let enough = convert::<f64, R>(0.1) * R::default_epsilon().sqrt();
             for sweep in 0..=PROJECTIONS {
@@ -181,7 +181,6 @@ impl<R: RealField + Copy, const L: usize> Packed<R, L> {
                 if sweep == 0 {
                     stepped.gap = gap;
                 }
-                stepped.left = gap;
                 let open: [bool; L] = gap.0.map(|gap| gap > enough);
                 // The first projection is part of the method.
                 let open = if sweep == 0 { [true; L] } else { open };
@@ -239,9 +238,7 @@ impl<R: RealField + Copy, const L: usize> Operation for Show<'_, R, L> {
     #[inline(always)]
     fn run(self) {
         for (shown, stage) in self.shown.rigid.iter_mut().zip(&self.stage.rigid) {
-            let q = lanes(&stage.orientation);
-            let length = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt().recip();
-            *shown = RigidLanes { orientation: arrays(q.map(|x| x * length)), ..*stage };
+            *shown = RigidLanes { orientation: arrays(unit(lanes(&stage.orientation))), ..*stage };
         }
         self.shown.particles.copy_from_slice(&self.stage.particles);
     }
@@ -337,6 +334,13 @@ fn spin<R: RealField + Copy, const L: usize>(w: Three<R, L>, q: [Lanes<R, L>; 4]
         half * (q[3] * w[2] + c[2]),
         -(half * (w[0] * q[0] + w[1] * q[1] + w[2] * q[2])),
     ]
+}
+
+/// q / |q|
+#[inline(always)]
+fn unit<R: RealField + Copy, const L: usize>(q: [Lanes<R, L>; 4]) -> [Lanes<R, L>; 4] {
+    let length = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt().recip();
+    q.map(|x| x * length)
 }
 
 /// x += factor y
@@ -485,11 +489,8 @@ impl<R: RealField + Copy, const L: usize> Operation for Shift<'_, R, L> {
             add_scaled(&mut body.position, one, by(place));
             let q = lanes(&body.orientation);
             let dq = spin(by(place + 3), q);
-            let q: [Lanes<R, L>; 4] = std::array::from_fn(|i| q[i] + dq[i]);
-            let length = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt().recip();
-            let all: [Lanes<R, L>; 4] =
-                std::array::from_fn(|i| Lanes(body.orientation[i]).or_if(q[i] * length, open));
-            body.orientation = arrays(all);
+            let turned = unit(std::array::from_fn(|i| q[i] + dq[i]));
+            body.orientation = arrays(std::array::from_fn(|i| q[i].or_if(turned[i], open)));
         }
         for (place, k, _) in dynamic(&inertia[1]) {
             let body = &mut shown.particles[k];

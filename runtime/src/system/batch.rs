@@ -7,6 +7,7 @@
 use crate::kernel::{Bodies, BodyKind, Kernel, Linear, Measure, Saddle};
 use crate::system::assemble::{Assembly, Derivatives, Local, NOWHERE, Need, Rows, Wants};
 use crate::system::lane_batch;
+use crate::system::order::Joint;
 use nalgebra::{RealField, zero};
 use std::any::Any;
 
@@ -77,6 +78,28 @@ pub(crate) trait Batch<R: RealField>: Send {
     fn push_numbers(&mut self, numbers: &[R], indices: &[usize], entry: usize) -> bool;
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+/// Whether some of the forces are rigid rows.
+pub(crate) fn has_rows<R: RealField>(batches: &[Box<dyn Batch<R>>]) -> bool {
+    batches.iter().any(|batch| batch.is_rigid())
+}
+
+/// The joints of rigid rows, in the order of batches and forces, for bodies with these nodes.
+pub(crate) fn joints<R: RealField>(
+    batches: &[Box<dyn Batch<R>>],
+    nodes: &[Vec<Option<usize>>; 2],
+) -> Vec<Joint> {
+    let of = |batch: &dyn Batch<R>, at: usize| {
+        let bodies = batch.kinds().iter().zip(batch.indices(at));
+        let mut bodies: Vec<usize> =
+            bodies.filter_map(|(&kind, &index)| nodes[kind as usize][index]).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        Joint { bodies, rows: batch.rows() }
+    };
+    let rigid = batches.iter().filter(|batch| batch.is_rigid());
+    rigid.flat_map(|batch| (0..batch.entries().len()).map(move |at| of(batch.as_ref(), at))).collect()
 }
 
 pub(crate) struct Forces<K: Kernel> {

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! In: M of each body, J of each joint, f and γ. Out: a, and μ = −λ. The pattern and the order are those of
-//! [`plan`](crate::system::plan); on a tree everything costs O(n). ε is zero but for joints that close loops: there it is 1e-8 of what the rows feel of
-//! their bodies, so that repeated rows have a pivot.
+//! [`plan`](crate::system::plan); on a tree everything costs O(n). ε is zero but for joints that close loops:
+//! there it is 1e-8 of what the rows feel of their bodies, so that repeated rows have a pivot.
 
 #![expect(clippy::needless_range_loop, reason = "all ranges are constant: it becomes straight code")]
 
@@ -28,14 +28,12 @@ pub(crate) struct Factors<R, const L: usize> {
     pub(crate) matrix: Vec<Lanes<R, L>>,
     /// For each row of a joint that closes a loop ε, in the place of its row in vectors; zero elsewhere.
     pub(crate) epsilon: Vec<Lanes<R, L>>,
-    /// The number of rows of which only ε was left, in any instance.
-    pub(crate) repeated: usize,
 }
 
 impl<R: RealField + Copy, const L: usize> Factors<R, L> {
     pub(crate) fn new(plan: &Plan) -> Factors<R, L> {
         let epsilon = vec![Lanes::zero(); plan.length];
-        Factors { matrix: vec![Lanes::zero(); plan.entries], epsilon, repeated: 0 }
+        Factors { matrix: vec![Lanes::zero(); plan.entries], epsilon }
     }
 
     /// Replaces the matrix by its factors.
@@ -49,19 +47,35 @@ impl<R: RealField + Copy, const L: usize> Factors<R, L> {
     }
 }
 
-/// Calls a macro with the sizes of a pair as constants.
-macro_rules! by_size {
-    ($pair:expr, $call:ident) => {
-        match ($pair.size, $pair.rows) {
-            (3, 1) => $call!(3, 1),
-            (3, 2) => $call!(3, 2),
-            (3, _) => $call!(3, 3),
-            (_, 1) => $call!(6, 1),
-            (_, 2) => $call!(6, 2),
-            (_, 3) => $call!(6, 3),
-            (_, 4) => $call!(6, 4),
-            (_, 5) => $call!(6, 5),
-            _ => $call!(6, 6),
+/// Calls a macro for each turn of an elimination, with the sizes of its blocks as constants: `$one!(node, 6)` for
+/// a node alone, `$two!(pair, 6, 3)` for a body with its joint.
+macro_rules! each_turn {
+    ($plan:ident, $turns:expr, $one:ident, $two:ident) => {
+        for turn in $turns {
+            match turn {
+                Turn::Node(at) => {
+                    let node = &$plan.nodes[*at];
+                    match node.size {
+                        1 => $one!(node, 1),
+                        2 => $one!(node, 2),
+                        3 => $one!(node, 3),
+                        4 => $one!(node, 4),
+                        5 => $one!(node, 5),
+                        _ => $one!(node, 6),
+                    }
+                }
+                Turn::Pair(pair) => match (pair.size, pair.rows) {
+                    (3, 1) => $two!(pair, 3, 1),
+                    (3, 2) => $two!(pair, 3, 2),
+                    (3, _) => $two!(pair, 3, 3),
+                    (_, 1) => $two!(pair, 6, 1),
+                    (_, 2) => $two!(pair, 6, 2),
+                    (_, 3) => $two!(pair, 6, 3),
+                    (_, 4) => $two!(pair, 6, 4),
+                    (_, 5) => $two!(pair, 6, 5),
+                    _ => $two!(pair, 6, 6),
+                },
+            }
         }
     };
 }
@@ -77,32 +91,20 @@ impl<R: RealField + Copy, const L: usize> Operation for Factor<'_, R, L> {
     #[inline(always)]
     fn run(self) {
         let Factor { plan, factors } = self;
-        factors.repeated = 0;
         if plan.has_loops() {
             factors.epsilon.fill(Lanes::zero());
         }
-        for turn in &plan.turns {
-            let node = match turn {
-                Turn::Node(at) => &plan.nodes[*at],
-                Turn::Pair(pair) => {
-                    macro_rules! call {
-                        ($n:literal, $m:literal) => {
-                            factors.eliminate_pair::<$n, $m>(pair)
-                        };
-                    }
-                    by_size!(pair, call);
-                    continue;
-                }
+        macro_rules! one {
+            ($node:ident, $n:literal) => {
+                factors.eliminate::<$n>(plan, $node)
             };
-            match node.size {
-                1 => factors.eliminate::<1>(plan, node),
-                2 => factors.eliminate::<2>(plan, node),
-                3 => factors.eliminate::<3>(plan, node),
-                4 => factors.eliminate::<4>(plan, node),
-                5 => factors.eliminate::<5>(plan, node),
-                _ => factors.eliminate::<6>(plan, node),
-            }
         }
+        macro_rules! two {
+            ($pair:ident, $n:literal, $m:literal) => {
+                factors.eliminate_pair::<$n, $m>($pair)
+            };
+        }
+        each_turn!(plan, &plan.turns, one, two);
     }
 }
 
@@ -114,7 +116,7 @@ impl<R: RealField + Copy, const L: usize> Factors<R, L> {
             std::array::from_fn(|i| std::array::from_fn(|j| done[node.diagonal + i * N + j]));
         if node.is_joint {
             let epsilon = &mut self.epsilon[node.offset..node.offset + N];
-            self.repeated += regularize(&mut a, node.closes, epsilon);
+            regularize(&mut a, node.closes, epsilon);
         } else {
             decompose(&mut a);
         }
@@ -221,7 +223,7 @@ impl<R: RealField + Copy, const L: usize> Factors<R, L> {
             *part_mut(matrix, pair.mass + i * N) = a[i];
             *part_mut(matrix, pair.jacobian + i * M) = y[i];
         }
-        self.repeated += regularize(&mut s, false, &mut []);
+        regularize(&mut s, false, &mut []);
         for i in 0..M {
             *part_mut(matrix, pair.schur + i * M) = s[i];
         }
@@ -342,29 +344,35 @@ fn backward_pair<R: RealField + Copy, const L: usize, const N: usize, const M: u
 #[inline(always)]
 fn decompose<R: RealField + Copy, const L: usize, const N: usize>(a: &mut [[Lanes<R, L>; N]; N]) {
     for j in 0..N {
-        let inverse = a[j][j].recip();
-        for i in j + 1..N {
-            let factor = a[j][i] * inverse;
-            for k in i..N {
-                let above = a[j][k];
-                a[i][k] -= factor * above;
-            }
-        }
-        for i in j + 1..N {
-            a[j][i] = a[j][i] * inverse;
-        }
-        a[j][j] = inverse;
+        pivot(a, j);
     }
 }
 
+/// One step of it: divides row j by its pivot, and subtracts it from the rows below.
+#[inline(always)]
+fn pivot<R: RealField + Copy, const L: usize, const N: usize>(a: &mut [[Lanes<R, L>; N]; N], j: usize) {
+    let inverse = a[j][j].recip();
+    for i in j + 1..N {
+        let factor = a[j][i] * inverse;
+        for k in i..N {
+            let above = a[j][k];
+            a[i][k] -= factor * above;
+        }
+    }
+    for i in j + 1..N {
+        a[j][i] = a[j][i] * inverse;
+    }
+    a[j][j] = inverse;
+}
+
 /// The same for the block of a joint, which is negative: with ε where it closes a loop, given what its rows
-/// feel, and where a pivot is that of a repeated row. Returns the number of repeated rows.
+/// feel, and where a pivot is that of a repeated row.
 #[inline(always)]
 fn regularize<R: RealField + Copy, const L: usize, const N: usize>(
     a: &mut [[Lanes<R, L>; N]; N],
     closes: bool,
     epsilon: &mut [Lanes<R, L>],
-) -> usize {
+) {
     let number = |x: f64| Lanes::<R, L>::all(convert(x));
     let mut whole: [Lanes<R, L>; N] = std::array::from_fn(|i| -a[i][i]);
     if closes {
@@ -375,28 +383,14 @@ fn regularize<R: RealField + Copy, const L: usize, const N: usize>(
         }
     }
     let few = Lanes::all(convert::<f64, R>(REPEATED).max(R::default_epsilon() * convert(100.0)));
-    let mut repeated = 0;
     for j in 0..N {
         let weak: [bool; L] = std::array::from_fn(|k| -a[j][j].0[k] <= (few * whole[j]).0[k]);
         if weak.contains(&true) {
-            repeated += 1;
             let least = whole[j] * number(REGULARIZATION);
             a[j][j] = a[j][j].or_if(-least, weak);
         }
-        let inverse = a[j][j].recip();
-        for i in j + 1..N {
-            let factor = a[j][i] * inverse;
-            for k in i..N {
-                let above = a[j][k];
-                a[i][k] -= factor * above;
-            }
-        }
-        for i in j + 1..N {
-            a[j][i] = a[j][i] * inverse;
-        }
-        a[j][j] = inverse;
+        pivot(a, j);
     }
-    repeated
 }
 
 struct Solve<'a, R, const L: usize> {
@@ -411,50 +405,28 @@ impl<R: RealField + Copy, const L: usize> Operation for Solve<'_, R, L> {
     #[inline(always)]
     fn run(self) {
         let Solve { plan, matrix, vector } = self;
-        for turn in &plan.turns {
-            let node = match turn {
-                Turn::Node(at) => &plan.nodes[*at],
-                Turn::Pair(pair) => {
-                    macro_rules! call {
-                        ($n:literal, $m:literal) => {
-                            forward_pair::<R, L, $n, $m>(pair, matrix, vector)
-                        };
-                    }
-                    by_size!(pair, call);
-                    continue;
-                }
+        macro_rules! one {
+            ($node:ident, $n:literal) => {
+                forward::<R, L, $n>(plan, $node, matrix, vector)
             };
-            match node.size {
-                1 => forward::<R, L, 1>(plan, node, matrix, vector),
-                2 => forward::<R, L, 2>(plan, node, matrix, vector),
-                3 => forward::<R, L, 3>(plan, node, matrix, vector),
-                4 => forward::<R, L, 4>(plan, node, matrix, vector),
-                5 => forward::<R, L, 5>(plan, node, matrix, vector),
-                _ => forward::<R, L, 6>(plan, node, matrix, vector),
-            }
         }
-        for turn in plan.turns.iter().rev() {
-            let node = match turn {
-                Turn::Node(at) => &plan.nodes[*at],
-                Turn::Pair(pair) => {
-                    macro_rules! call {
-                        ($n:literal, $m:literal) => {
-                            backward_pair::<R, L, $n, $m>(pair, matrix, vector)
-                        };
-                    }
-                    by_size!(pair, call);
-                    continue;
-                }
+        macro_rules! two {
+            ($pair:ident, $n:literal, $m:literal) => {
+                forward_pair::<R, L, $n, $m>($pair, matrix, vector)
             };
-            match node.size {
-                1 => backward::<R, L, 1>(plan, node, matrix, vector),
-                2 => backward::<R, L, 2>(plan, node, matrix, vector),
-                3 => backward::<R, L, 3>(plan, node, matrix, vector),
-                4 => backward::<R, L, 4>(plan, node, matrix, vector),
-                5 => backward::<R, L, 5>(plan, node, matrix, vector),
-                _ => backward::<R, L, 6>(plan, node, matrix, vector),
-            }
         }
+        each_turn!(plan, &plan.turns, one, two);
+        macro_rules! one_back {
+            ($node:ident, $n:literal) => {
+                backward::<R, L, $n>(plan, $node, matrix, vector)
+            };
+        }
+        macro_rules! two_back {
+            ($pair:ident, $n:literal, $m:literal) => {
+                backward_pair::<R, L, $n, $m>($pair, matrix, vector)
+            };
+        }
+        each_turn!(plan, plan.turns.iter().rev(), one_back, two_back);
     }
 }
 

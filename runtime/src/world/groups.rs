@@ -8,6 +8,8 @@ use crate::island::Island;
 use crate::island::bundle::Bundle;
 use crate::island::control::StepRequest;
 use crate::report::Report;
+use crate::settings::Settings;
+use crate::system::lanes::widest;
 use nalgebra::RealField;
 use std::collections::BTreeMap;
 
@@ -38,8 +40,10 @@ impl<R: RealField + Copy> Default for Groups<R> {
 }
 
 impl<R: RealField + Copy> Groups<R> {
-    /// Groups these islands, of at most `width` at once.
-    pub(crate) fn update(&mut self, islands: &[Island<R>], awake: &[usize], width: usize) {
+    /// Groups these islands by how many the method of the settings steps at once.
+    pub(crate) fn update(&mut self, islands: &[Island<R>], awake: &[usize], settings: &Settings<R>) {
+        let explicit = settings.integrator.is_explicit();
+        let width = if explicit { settings.lanes.unwrap_or_else(widest::<R>) } else { 1 };
         let structures = || awake.iter().map(|&number| (number, islands[number].structure_version));
         if self.width == width && structures().eq(self.structures.iter().copied()) {
             return;

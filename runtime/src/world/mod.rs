@@ -24,7 +24,6 @@ use crate::settings::Settings;
 use crate::state::{Body, Member, Motion, as_f64, as_particle, as_rigid, moved};
 use crate::system::assemble::Fallback;
 use crate::system::batch::Forces;
-use crate::system::lanes::widest;
 use crate::world::groups::Groups;
 use crate::{Particle, Rigid, Wrench};
 use nalgebra::{RealField, Vector3, Vector6, convert};
@@ -185,12 +184,10 @@ impl<R: RealField + Copy> World<R> {
 
     /// Sets a constant force, and a torque about the centre of mass, in the world frame, until the next call.
     pub fn set_load(&mut self, body: Body, load: Wrench<R>) -> Result<(), Error> {
-        check_vector(&load.force, "load")?;
-        check_vector(&load.torque, "load")?;
+        let load = checked_load(&load)?;
         if let Place::Island(island, index) = self.place(body)? {
-            let (f, t) = (load.force, load.torque);
             let island = &mut self.islands[island];
-            island.store.members[body.kind as usize][index].load = Vector6::new(f.x, f.y, f.z, t.x, t.y, t.z);
+            island.store.members[body.kind as usize][index].load = load;
             self.dirty |= island.activity == Activity::Asleep;
             island.load_version += 1;
             island.wake_for_load();
@@ -458,12 +455,7 @@ impl<R: RealField + Copy> World<R> {
                 loads,
                 settings: &self.settings,
             };
-            let width = if self.settings.integrator.is_explicit() {
-                self.settings.lanes.unwrap_or_else(widest::<R>)
-            } else {
-                1
-            };
-            self.groups.update(&self.islands, &self.awake, width);
+            self.groups.update(&self.islands, &self.awake, &self.settings);
             self.groups.advance(&mut self.islands, &self.awake, &request, |one| report.add(one));
             for &frame in &self.moving_frames {
                 let state = self.frames[frame].state;
@@ -608,6 +600,14 @@ fn check_mass<R: RealField + Copy>(mass: R) -> Result<(), Error> {
 
 fn check_vector<R: RealField + Copy>(v: &Vector3<R>, name: &'static str) -> Result<(), Error> {
     if v.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Error::NotFinite(name)) }
+}
+
+/// A load as a vector.
+fn checked_load<R: RealField + Copy>(load: &Wrench<R>) -> Result<Vector6<R>, Error> {
+    check_vector(&load.force, "load")?;
+    check_vector(&load.torque, "load")?;
+    let (f, t) = (load.force, load.torque);
+    Ok(Vector6::new(f.x, f.y, f.z, t.x, t.y, t.z))
 }
 
 fn check_rigid<R: RealField + Copy>(state: &mut Rigid<R>) -> Result<(), Error> {

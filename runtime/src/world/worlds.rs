@@ -11,11 +11,10 @@ use crate::report::Report;
 use crate::settings::Settings;
 use crate::state::{Body, Motion, moved};
 use crate::system::assemble::Fallback;
-use crate::system::lanes::widest;
 use crate::world::groups::Groups;
-use crate::world::{Entry, Place, World, check_rigid, from_origin};
+use crate::world::{Entry, Place, World, check_rigid, checked_load, from_origin};
 use crate::{Rigid, Wrench};
-use nalgebra::{RealField, Vector3, Vector6, convert};
+use nalgebra::{RealField, Vector3, convert};
 
 /// Copies of a world.
 pub struct Worlds<R: RealField + Copy = f64> {
@@ -34,7 +33,7 @@ pub struct Worlds<R: RealField + Copy = f64> {
 }
 
 impl<R: RealField + Copy> Worlds<R> {
-    /// So many copies of a world in its present state.
+    /// This number of copies of a world in its present state.
     pub fn new(world: &mut World<R>, copies: usize) -> Worlds<R> {
         world.prepare();
         let template = &world.islands;
@@ -56,7 +55,7 @@ impl<R: RealField + Copy> Worlds<R> {
             awake: Vec::new(),
             groups: Groups::default(),
         };
-        // A copy numbers its bodies anew.
+        // Copies number bodies in another order.
         for number in 0..worlds.each.min(worlds.islands.len()) {
             for (_, index, member) in worlds.islands[number].store.iter() {
                 if member.motion != Motion::Kinematic {
@@ -82,12 +81,7 @@ impl<R: RealField + Copy> Worlds<R> {
         let mut report = Report::default();
         if h > R::zero() {
             let Worlds { gravity, settings, islands, awake, groups, .. } = self;
-            let width = if settings.integrator.is_explicit() {
-                settings.lanes.unwrap_or_else(widest::<R>)
-            } else {
-                1
-            };
-            groups.update(islands, awake, width);
+            groups.update(islands, awake, settings);
             let request =
                 StepRequest { h, fallback: Fallback::None, gravity: *gravity, loads: None, settings };
             groups.advance(islands, awake, &request, |one| report.add(one));
@@ -134,15 +128,11 @@ impl<R: RealField + Copy> Worlds<R> {
     /// Fails without a change if there are not as many loads as copies, or if one is not finite.
     pub fn set_loads(&mut self, body: Body, loads: &[Wrench<R>]) -> Result<(), Error> {
         let (first, index) = self.place(body, body.kind)?;
-        let finite = |load: &Wrench<R>| load.force.iter().chain(&load.torque).all(|x| x.is_finite());
-        if !self.one_per_copy(loads)?.iter().all(finite) {
-            return Err(Error::NotFinite("load"));
-        }
+        let loads = self.one_per_copy(loads)?.iter().map(checked_load).collect::<Result<Vec<_>, Error>>()?;
         let mut woken = false;
-        for (copy, Wrench { force, torque }) in loads.iter().enumerate() {
+        for (copy, load) in loads.into_iter().enumerate() {
             let island = &mut self.islands[copy * self.each + first];
-            island.store.members[body.kind as usize][index].load =
-                Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+            island.store.members[body.kind as usize][index].load = load;
             island.load_version += 1;
             woken |= island.activity == Activity::Asleep;
             island.wake_for_load();
